@@ -43,6 +43,36 @@ def test_a_published_method_reaches_the_figures_of_its_paper_or_a_run_shows_the_
     causes = [detail.title for show in command.DETAILS[paper] for detail in show(bench)]
     tables = [table for experiment in command.EXPERIMENTS[paper] for table in experiment(bench)]
     assert not unexplained(tables, [cause for cause in causes if f'### {cause}\n' in page])
+    assert not [table.title for table in tables if f'### {table.title}\n' not in page]
+
+
+def tables_of(page: str) -> list[Table]:
+    """The tables of figures on a page."""
+    found = []
+    for part in page.split('\n### ')[1:]:
+        title, *lines = part.split('\n## ')[0].splitlines()
+        cells = [[cell.strip() for cell in line[1:-1].split('|')] for line in lines if line.startswith('|')]
+        if cells and 'the paper reports' in cells[0]:
+            head, _, *rows = cells
+            rows = [dict(zip(head, ('' if cell == '-' else cell for cell in row))) for row in rows]
+            found.append(Table(title, [Row(row[''], row['unit'], row['the paper reports'], float(row['its method, as built here'] or 'nan'),
+                                           cause=row.get('cause', '')) for row in rows]))
+    return found
+
+
+@pytest.mark.parametrize('paper', command.EXPERIMENTS)
+def test_each_figure_on_a_page_that_misses_the_papers_names_a_cause_that_the_page_explains(paper):
+    page = (PAGES / f'{paper}.md').read_text()
+    tables = tables_of(page)
+    assert tables and all(table.rows for table in tables)
+    assert not unexplained(tables, [part.splitlines()[0] for part in page.split('\n### ')[1:]])
+
+
+def test_a_page_with_a_figure_without_a_cause_fails():
+    head = '\n### x\n\n| | unit | the paper reports | its method, as built here | ours | cause |\n|---|---|---|---|---|---|\n'
+    assert not unexplained(tables_of(f'{head}| depth | mm | 0.06 | 0.08 | 0.1 | |\n'), [])
+    assert len(unexplained(tables_of(f'{head}| depth | mm | 0.06 | 0.4 | 0.1 | |\n'), [])) == 1
+    assert len(unexplained(tables_of(f'{head}| depth | mm | 0.06 | 0.4 | 0.1 | dent |\n'), ['light'])) == 1
 
 
 def test_a_figure_of_more_than_one_and_a_half_times_the_papers_needs_a_cause_that_a_run_shows():

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,19 +114,31 @@ def unexplained(tables: Sequence[Table], causes: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Bench:
-    """folder: for bags and files; short: a part of each camera's scene, to try the experiments; seed: of the specimen, which is that of the
-    calibration files that ship."""
+    """Where the experiments are made.
+
+    folder : for bags and files.
+    short : only a part of each camera's scene is made, to try the experiments.
+    seed : of the specimen, which is that of the calibration files that ship.
+    """
 
     folder: Path
     short: bool = False
     seed: int = 0
 
-    def bag(self, sensor: str, scene: str, rate: float, least: int = 24) -> Path:
-        """The bag of a scene at rate Hz; one that is there is taken. least: frames of a camera that suffice to try an experiment."""
-        bag = self.folder / scene
+    def bag(self, sensor: str, scene: str, rate: float, frames: int = 24) -> Path:
+        """The bag of a scene at rate Hz. frames: of a camera, that suffice to try an experiment."""
+        write = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}.get(sensor, write_scene)
+        part = {'frames': frames} if self.short and write is write_scene else {}
+        return self.written(scene, lambda bag: write(bag, scene, rate, self.seed, **part))
+
+    def written(self, name: str, write: Callable[[Path], object]) -> Path:
+        """The bag of that name, which write writes unless it is there; a run that is interrupted leaves none."""
+        bag, begun = self.folder / name, self.folder / 'begun' / name
         if not bag.exists():
-            write = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}.get(sensor, write_scene)
-            write(bag, scene, rate, self.seed, **({'frames': least} if self.short and write is write_scene else {}))
+            shutil.rmtree(begun, ignore_errors=True)
+            begun.parent.mkdir(exist_ok=True)
+            write(begun)
+            begun.rename(bag)
         return bag
 
     def params(self, sensor: str, changes: Mapping) -> Path:

@@ -22,7 +22,7 @@ import cv2
 from tactile_driver.errors import tells_errors
 from tactile_perception.common.progress import in_parallel
 
-from . import dome, finger, sheets, taxels, touchpad, wrench
+from . import dome, finger, sheet_causes, sheets, taxels, touchpad, wrench
 from .bench import Bench, Detail, Table
 
 #: Paper -> its experiments, and what shows the causes of their figures.
@@ -34,11 +34,11 @@ EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
     'taxel_array_image_processing': (taxels.localization, taxels.shapes, wrench.wrenches),
 }
 DETAILS: dict[str, tuple[Callable[[Bench], Iterator[Detail]], ...]] = {
-    'areal_sensor_contact_position': (sheets.one_camera_details, sheets.two_cameras_details),
+    'areal_sensor_contact_position': (sheet_causes.one_camera_details, sheet_causes.two_cameras_details),
     'air_cushion_contact': (dome.details,),
     'psd_finger': (finger.false_contacts,),
     'touchpad_contact_region': (touchpad.true_positions,),
-    'taxel_array_image_processing': (taxels.values, wrench.areas, wrench.moments),
+    'taxel_array_image_processing': (taxels.values, wrench.details),
 }
 
 

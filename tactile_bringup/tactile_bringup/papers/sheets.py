@@ -16,20 +16,21 @@ from types import MappingProxyType
 import numpy as np
 from tactile_perception.calibration.files.format import read_calibration, write_calibration
 from tactile_perception.press.calibration import REST
-from tactile_driver.simulation.sensors.scenes import open_dual_scene
-from tactile_perception.press.published import Cubics, area_and_shift, grid_point
+from tactile_perception.press.published import Cubics, area_and_shift
 from tactile_perception.press.tools import PressReader, calibrate_markers, read_plate
 
-from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped
+from .bench import Bench, Method, Row, Table, common, mean, reported, shipped
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
 
 RATE = 2.0          # Hz: each stop of the stage is one frame
 HOLD_RATE = 30.0    # Hz, of the scene with which the Kalman filter is tried
+MIN_DEPTH = 1e-4    # m: a tip that grazes the sheet on its way presses nothing
 PX_PER_MM = 10.0    # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
 MODEL = MappingProxyType({'touch': 'model'})
 PAPER = MappingProxyType({'touch': 'paper', 'detection': 'paper_areal', 'numbering': 'paper', 'stitching': 'middle'})
 #: Causes, which details show.
-THIN, BELL, DEPTHS = 'skin that stretches', 'dent that is no Gaussian', 'depths of the markers'
+JOINT, THIN, TILT = 'joint of the two views', 'skin that stretches', 'area of tilted markers'
+BELL = 'dent that is no Gaussian'
 
 
 @dataclass(frozen=True)
@@ -42,12 +43,17 @@ class Press:
 
 
 def presses(bench: Bench, bag: Path, *methods: Method) -> list[Press]:
-    """All frames of a bag with contact."""
-    return [Press(stamp, _place(true.contacts), tuple(_place(estimate.contacts) for estimate in estimates))
-            for stamp, true, estimates in bench.compare(bag, *methods) if true.contacts]
+    """All frames of a bag in which a tip presses."""
+    return [Press(stamp, location(true.contacts), tuple(location(estimate.contacts) for estimate in estimates))
+            for stamp, true, estimates in bench.compare(bag, *methods) if is_pressed(true)]
 
 
-def _place(contacts) -> np.ndarray:
+def is_pressed(truth) -> bool:
+    """Whether a tip is at least MIN_DEPTH deep in the truth of a frame."""
+    return bool(truth.contacts) and truth.contacts[0].depth >= MIN_DEPTH
+
+
+def location(contacts) -> np.ndarray:
     """Position and depth (4,), m, of the first contact."""
     return np.append(contacts[0].position, contacts[0].depth) if contacts else np.full(4, np.nan)
 
@@ -62,7 +68,7 @@ def fit_published(sensor: str, bags: list[Path], params: Path, output: Path, met
     """Write a calibration file, output, that holds a published method as the paper has it; arguments as of calibrate_markers, whose errors
     it raises."""
     calibrate_markers(bags, params, output, only=method, plate=plate)
-    # The guard against a start under a contact is ours: Otsu's markers move by 0.2 px while nothing touches, for which it refuses frames.
+    # The guard against a start under a contact is ours; the published method has none.
     file = read_calibration(output, sensor)
     file.fitted.pop(REST, None)
     write_calibration(output, file)
@@ -92,13 +98,13 @@ def _rows(found: Sequence[Press], reported_by_paper: tuple[str, str], causes: tu
     """Mean errors, mm, of x and y together, as the paper takes the mean of its tables, and of depth; the share of the presses that are
     reported, %. Errors are those at presses that both methods report."""
     each = errors(found)
-    numbers = [_means(rows) for rows in common(*each)]
+    numbers = [means(rows) for rows in common(*each)]
     return [Row('x and y, mean error', 'mm', reported_by_paper[0], *(one[0] for one in numbers), cause=causes[0]),
             Row('depth, mean error', 'mm', reported_by_paper[1], *(one[1] for one in numbers), cause=causes[1]),
             Row('presses reported', '%', '', *(reported(rows) for rows in each))]
 
 
-def _means(off: np.ndarray) -> tuple[float, float]:
+def means(off: np.ndarray) -> tuple[float, float]:
     """Mean errors of x and y together, and of depth, of errors (N, 3)."""
     return mean(np.abs(off[:, :2])), mean(np.abs(off[:, 2]))
 
@@ -129,11 +135,11 @@ def _filtered(bench: Bench) -> Table:
     smooth = bench.params(sensor, {**PAPER, 'paper.kalman': True})
     found = presses(bench, bench.bag(sensor, 'areal_single_paper_motion', HOLD_RATE, 90), (params, calibration), (smooth, calibration))
     still = (np.abs(np.diff([press.true for press in found], axis=0)) < 1e-6).all(axis=1)
-    numbers = [(*_means(off), mean(np.hypot(*np.diff(off[:, :2], axis=0).T)[still])) for off in errors(found)]
+    numbers = [(*means(off), mean(np.hypot(*np.diff(off[:, :2], axis=0).T)[still])) for off in errors(found)]
     names = ('x and y, mean error', 'depth, mean error', 'change of x and y from frame to frame while the tip stands, mean')
     return Table('One camera: the Kalman filter', [Row(name, 'mm', '', *pair) for name, *pair in zip(names, *numbers)],
                  'Both columns are the paper\'s method, on presses and a drag at 30 frames/s; "ours" has the Kalman filter that its '
-                 'abstract names, too (parameter paper.kalman).')
+                 'abstract names, too (parameter `paper.kalman`). The paper gives no variances of it.')
 
 
 def two_cameras(bench: Bench) -> Iterator[Table]:
@@ -144,23 +150,23 @@ def two_cameras(bench: Bench) -> Iterator[Table]:
         thin = prefix == sensor
         found = presses(bench, bench.bag(sensor, f'{prefix}_table_2', RATE), *methods)
         yield Table(f'Two cameras, {what}: tables 2 and 3',
-                    _rows(found, ('0.63', '0.06'), (THIN if thin else DEPTHS, BELL)),
+                    _rows(found, ('0.63', '0.06'), (THIN if thin else JOINT, BELL)),
                     f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.',
                     (Picture(f'fig_16_{prefix}', f'Contact positions, two cameras, {what} (fig 16)', partial(_draw_positions, found)),))
         found = presses(bench, bench.bag(sensor, f'{prefix}_table_4', RATE), *methods)
-        ratios = [_ratios(found, k) for k in (0, 1)]
+        over = [ratios(found, k) for k in (0, 1)]
         yield Table(f'Two cameras, {what}: table 4', [
-            Row('reported over true displacement, mean', '', '1.03', *map(mean, ratios), ideal=1.0, cause=THIN if thin else ''),
-            Row('its standard deviation', '', '0.053', *(float(np.nanstd(one)) if np.isfinite(one).any() else np.nan for one in ratios),
-                cause=DEPTHS if thin else '')],
+            Row('reported over true displacement, mean', '', '1.03', *map(mean, over), ideal=1.0, cause=THIN if thin else ''),
+            Row('its standard deviation', '', '0.053', *(float(np.nanstd(one)) if np.isfinite(one).any() else np.nan for one in over),
+                cause=TILT if thin else '')],
             f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.',
-            (Picture(f'fig_17_{prefix}', f'Paths, two cameras, {what} (fig 17)', partial(_draw_paths, found)),))
+            (Picture(f'fig_17_{prefix}', f'Paths, two cameras, {what} (fig 17)', partial(_draw_paths, found), (9.0, 6.5)),))
 
 
 PATHS = ((0, 1), (2, 3), (4, 5), (6, 7, 8))  # numbers of the presses on each path of table 4
 
 
-def _ratios(found: Sequence[Press], method: int) -> np.ndarray:
+def ratios(found: Sequence[Press], method: int) -> np.ndarray:
     """Displacement that a method reports over the true one, of each leg of the paths, along x and y."""
     legs = [leg for path in PATHS for leg in zip(path, path[1:]) if leg[1] < len(found)]
     return np.abs([(found[b].found[method] - found[a].found[method])[:2] / (found[b].true - found[a].true)[:2] for a, b in legs]).ravel()
@@ -186,7 +192,8 @@ def _draw_paths(found: Sequence[Press], figure) -> None:
         for name, places in ((TRUTH, [press.true for press in some]), (PUBLISHED, [press.found[0] for press in some]),
                              (OURS, [press.found[1] for press in some])):
             x, y = 1e3 * np.array(places).reshape(-1, 4).T[:2]
-            axis.plot(x, y, 'o--', color=COLOURS[name], fillstyle='none', linewidth=1.0, label=name)
+            axis.plot(x, y, 'o--', color=COLOURS[name], fillstyle='none', linewidth=3.0 if name == TRUTH else 1.0,
+                      markersize=10 if name == TRUTH else 6, label=name)
         axis.set(xlabel='x, mm', ylabel='y, mm', title=f'({letter})', xlim=(-66.5, 66.5), ylim=(-45.5, 45.5), aspect='equal')
     legend_of(figure, axes)
 
@@ -219,74 +226,3 @@ def _draw_polynomials(depth: np.ndarray, curves: Sequence, figure) -> None:
             axis.plot(seen, 1e3 * np.array([cubic(np.array([x]))[0][0] for x in seen]), color=f'C{k}', linewidth=1.0)
         axis.set(xlabel=name, ylabel='depth of the plate, mm')
     legend_of(figure, axes)
-
-
-#: What is changed in the published method's chain, one thing at a time.
-_CHANGES = {'as published': {}, 'markers numbered as ours': {'numbering': 'lattice'}, 'markers found as ours': {'detection': 'blobs'}}
-
-
-def one_camera_details(bench: Bench) -> Iterator[Detail]:
-    """One camera: the published method with one part of its chain exchanged."""
-    yield _chain(bench, 'areal_single', SINGLE, _CHANGES, 'table_1', 'links of the chain, one camera')
-
-
-def two_cameras_details(bench: Bench) -> Iterator[Detail]:
-    """Two cameras: the published method with one part of its chain exchanged; its equations on the true depths of all markers."""
-    yield _chain(bench, 'areal_dual', DUAL, _CHANGES | {'views stitched as ours': {'stitching': 'plane'}}, 'table_2',
-                 'links of the chain, two cameras')
-    rows = [(what, *_of_true_depths(bench, prefix)) for prefix, what in DUAL.items()]
-    head = ('true depths of all markers', 'x and y, mean error, mm', 'depth, mean error, mm', 'width of the dent at half depth, pitches',
-            'table 4: reported over true displacement', 'its standard deviation')
-    note = 'No camera is in this run: eqs 8 to 13 get the true depths of all markers. '
-    yield Detail(THIN, head, rows, f'{note}What they miss on the skin that stretches is due to the shape of its dent.')
-    yield Detail(DEPTHS, head, rows, f'{note}What the whole chain misses in x and y beyond this is due to the depths of the markers by '
-                 'area and displacement.')
-    yield Detail(BELL, head, rows, f'{note}The height of the Gaussians through five markers has this error in depth.')
-
-
-def _chain(bench: Bench, sensor: str, specimens: Mapping, changes: Mapping, scene: str, title: str) -> Detail:
-    rows = []
-    for prefix, what in specimens.items():
-        bag = bench.bag(sensor, f'{prefix}_{scene}', RATE)
-        for name, change in changes.items():
-            off, = errors(presses(bench, bag, published(bench, sensor, prefix, {**PAPER, **change})))
-            rows.append((what, name, *_means(off), reported(off)))
-    return Detail(title, ('specimen', 'chain', 'x and y, mean error, mm', 'depth, mean error, mm', 'presses reported, %'), rows)
-
-
-def _of_true_depths(bench: Bench, prefix: str) -> tuple[float, ...]:
-    """By eqs 8 to 13 from the true depths of all markers: mean errors, mm, of x and y and of depth, and the width of the dents, pitches, of
-    table 2; mean and standard deviation of reported over true displacement of table 4."""
-    (found, widths), (paths, _) = (_true_depths(bench, f'{prefix}_{scene}') for scene in ('table_2', 'table_4'))
-    off, = errors(found)
-    ratios = _ratios(paths, 0)
-    return *_means(off), mean(widths), mean(ratios), float(np.nanstd(ratios))
-
-
-def _true_depths(bench: Bench, name: str) -> tuple[list[Press], list[float]]:
-    """Presses of a scene by eqs 8 to 13 from the true depths of all markers, and the width of each dent, pitches."""
-    scene = open_dual_scene(name, RATE, bench.seed)
-    shape, found, widths = (scene.rows, scene.columns), [], []
-    rest = scene.observe(0).truth.dot_xyz[:, :2].reshape(*shape, 2)
-    for number in range(scene.frames):
-        truth = scene.observe(number).truth
-        if truth.contacts:
-            depth = -truth.dot_xyz[:, 2].reshape(shape)
-            point = grid_point(depth, rest)
-            found.append(Press(number / RATE, _place(truth.contacts), (np.array([*point.place, -point.depth, point.depth]),)))
-            widths.append(_width(depth))
-    return found, widths
-
-
-def _width(depth: np.ndarray) -> float:
-    """Width, pitches, of a dent at half its depth, on the row of the deepest marker; NaN where it reaches the border."""
-    row, column = np.unravel_index(depth.argmax(), depth.shape)
-    line, half = depth[row], depth[row, column] / 2
-    ends = []
-    for side in (line[column:], line[column::-1]):
-        below = np.flatnonzero(side < half)
-        if not len(below):
-            return np.nan
-        k = below[0]
-        ends.append(k - (half - side[k]) / (side[k - 1] - side[k]))
-    return float(sum(ends))

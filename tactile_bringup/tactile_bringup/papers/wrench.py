@@ -76,25 +76,22 @@ def _methods(bench: Bench, scene: HeldScene) -> list[Method]:
 
 def _held(bench: Bench, name: str, scene: HeldScene) -> Path:
     """The bag of a scene, with the pose of the arm on /tf and the position of the gripper on /joint_states before each image."""
-    bag = bench.folder / f'{name}_arm'
-    if bag.exists():
-        return bag
-    alone = bench.folder / name
-    if not alone.exists():
-        write_taxel_scene(alone, name, _FRAMES, bench.seed, scene=scene)
-    with BagReader(alone) as reader, BagWriter(bag) as writer:
-        for raw in reader.messages():
-            if raw.topic.endswith('image_raw'):
-                header, arm = decode(raw.data, raw.type_name).header, scene.arm(_time(1e-9 * raw.stamp_ns))
-                moved = TFMessage(transforms=[
-                    static_transform(_WORLD, _ARRAY, np.zeros(3), quaternion_of(_upright(scene.gravity(arm))), header.stamp),
-                    static_transform(_ARRAY, _SENSOR, _ORIGIN, quaternion_of(_TURN), header.stamp)])
-                joint = JointState(header=header, name=[_JOINT], position=[_BAR_WIDTH - 2 * arm.depth])
-                for topic, message in (('/tf', moved), ('/joint_states', joint)):
-                    kind, data = encode(message)
-                    writer.write(topic, kind, raw.stamp_ns - 1, data)
-            writer.write(*raw[:4])
-    return bag
+    alone = bench.written(name, lambda bag: write_taxel_scene(bag, name, _FRAMES, bench.seed, scene=scene))
+
+    def write(bag: Path) -> None:
+        with BagReader(alone) as reader, BagWriter(bag) as writer:
+            for raw in reader.messages():
+                if raw.topic.endswith('image_raw'):
+                    header, arm = decode(raw.data, raw.type_name).header, scene.arm(_time(1e-9 * raw.stamp_ns))
+                    moved = TFMessage(transforms=[
+                        static_transform(_WORLD, _ARRAY, np.zeros(3), quaternion_of(_upright(scene.gravity(arm))), header.stamp),
+                        static_transform(_ARRAY, _SENSOR, _ORIGIN, quaternion_of(_TURN), header.stamp)])
+                    joint = JointState(header=header, name=[_JOINT], position=[_BAR_WIDTH - 2 * arm.depth])
+                    for topic, message in (('/tf', moved), ('/joint_states', joint)):
+                        kind, data = encode(message)
+                        writer.write(topic, kind, raw.stamp_ns - 1, data)
+                writer.write(*raw[:4])
+    return bench.written(f'{name}_arm', write)
 
 
 def _time(stamp: float) -> float:
@@ -123,6 +120,12 @@ def _at_sensor(wrench: np.ndarray) -> np.ndarray:
 def _scaled(wrench: np.ndarray) -> np.ndarray:
     """N and mN m."""
     return wrench * [1, 1, 1, 1e3, 1e3, 1e3]
+
+
+def details(bench: Bench) -> Iterator[Detail]:
+    """Eq 5 with the true area, depth and stiffness, and the wrench with true forces and moments: one after the other, of the same bags."""
+    yield from areas(bench)
+    yield from moments(bench)
 
 
 def moments(bench: Bench) -> Iterator[Detail]:

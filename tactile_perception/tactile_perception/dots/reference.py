@@ -39,6 +39,7 @@ _VIEW_STEPS, _VIEW_STEP = 8, 0.3  # steps of the fit of the view, and the larges
 _SLOPE, _VIEW_RANK = 1e-4, 1e-5  # differences of its numerical derivatives; a view without distortion shows no centre of it
 # Contact: by deviations from the motion that all dots share, of which drift is an affine one
 _QUIET, _QUIET_FLOOR = 5.0, 0.1  # standard deviations, and px, beyond which a contact displaces a dot: changes of light shift it by less
+_MEDIAN_OF_TWO = math.sqrt(2 * math.log(2))  # standard deviations of one coordinate: median of the distance in two
 _OUTLIERS = 0.01  # of the dots, that may deviate so
 _DRIFTED = 0.5  # px, median displacement that is contact: drift is followed before it grows so far
 _FEWEST_AFFINE = 8  # dots for an affine fit
@@ -246,7 +247,9 @@ def _deviation(uv, duv, sigma) -> tuple[bool, float]:
     if len(uv) < _FEWEST_AFFINE:
         return bool(shared > _DRIFTED), shared
     away = np.hypot(*_robust_residual(_affine(uv), duv, _KEPT, rounds=2).T)
-    leaving = np.count_nonzero(away > np.maximum(_QUIET * sigma, _QUIET_FLOOR))  # none of unknown noise
+    if not np.isfinite(sigma).all():  # of a detector that states no noise: that of the dots that are still
+        sigma = np.where(np.isfinite(sigma), sigma, upper_median(away) / _MEDIAN_OF_TWO)
+    leaving = np.count_nonzero(away > np.maximum(_QUIET * sigma, _QUIET_FLOOR))
     size = max(_ranked(away, (1 - _OUTLIERS) * (len(away) - 1)), shared)
     return bool(leaving > _OUTLIERS * len(uv) or shared > _DRIFTED), size
 

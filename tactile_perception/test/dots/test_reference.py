@@ -71,6 +71,19 @@ def test_slow_drift_is_followed():
     assert np.abs(duv).max() < 0.12  # 0.25 px of drift at the corners
 
 
+def test_a_press_does_not_move_the_reference_of_a_detector_that_states_no_noise():
+    reference, rng, unknown = Reference(), np.random.default_rng(1), np.full(100, np.nan)
+    for k in range(5):  # fewer than are averaged
+        reference.update(ID, UV + rng.normal(0, 0.02, UV.shape), unknown, k / 50, 10)
+    assert not reference.touched
+    before = reference.uv.copy()
+    narrow = 3.0 * np.exp(-((UV - 120) ** 2).sum(axis=1, keepdims=True) / (2 * 20**2)) * [1, 0]  # a tenth of the dots move
+    duv = reference.update(ID, UV + rng.normal(0, 0.02, UV.shape) + narrow, unknown, 0.1, 10)
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+    assert np.abs(duv - narrow).max() < 0.15
+
+
 def test_a_later_stage_may_say_that_something_touches():
     reference = Reference()
     run(reference, 5)
