@@ -55,8 +55,6 @@ TABLE = r'^\|.*\|$'
 
 RUNS = (
     # make: the targets themselves, on one test in place of all
-    Run(r'make demo SOURCE=bag', writes='@/played/demo.mp4', is_in_checkout=True,
-        change=('PATH_TO=out/demo_bag', 'PATH_TO=@/short_bag OUT=@/played')),
     Run(r'make demo SOURCE=file PATH_TO=grasp.csv', is_in_checkout=True, change=('PATH_TO=grasp.csv OUT=out/grasp PARAMS=my_array.yaml',
                                                                              'PATH_TO=@/grasp.csv OUT=@/grasp PARAMS=@/my_array.yaml'),
         writes='@/grasp/demo.mp4'),
@@ -92,10 +90,12 @@ RUNS = (
     Run(r'python3 test/benchmark/judged.py', prints=r'F1|position|place'),
     Run(r'python3 test/benchmark/taxel_slip.py FOLDER', change=('FOLDER', '$TACTILE_RECORDINGS'), prints=r'frames, [\d.]+% slip'),
     # the finger's of all papers; the page of each other paper has a command of its own
-    Run(r'ros2 run tactile_bringup papers (--details )?--report', more=' --quick --paper psd_finger', prints=r'the paper reports'),
+    Run(r'ros2 run tactile_bringup papers --report', more=' --quick --paper psd_finger', prints=r'the paper reports'),
+    Run(r'ros2 run tactile_bringup papers --details --report', more=' --quick --paper psd_finger', prints=TABLE),
+    Run(r'ros2 run tactile_bringup papers .*--details', more=' --quick', prints=TABLE),
     Run(r'ros2 run tactile_bringup papers', more=' --quick', prints=r'the paper reports'),
     # tools
-    Run(r'ros2 run tactile_bringup simulate camera demo', writes='out/demo_bag/metadata.yaml', change=('--rate 15', '--rate 2')),
+    Run(r'ros2 run tactile_bringup simulate camera demo', writes='out/demo_bag/metadata.yaml', change=('--rate 5', '--rate 2')),
     Run(r'ros2 run tactile_bringup simulate camera pins_calib', writes='out/pins/metadata.yaml'),
     Run(r'ros2 run tactile_perception calibrate out/pins', writes='out/pins.yaml',
         change=('ros2 run', 'ros2 run tactile_bringup simulate camera pins_calib out/pins --rate 4 && ros2 run')),
@@ -112,6 +112,8 @@ RUNS = (
     Run(r'ros2 service call /mat/calibrate_node/next', ANSWERED, beside=MAT),
     Run(r'ros2 service call /touchpad/camera_node/change_state', ANSWERED, beside=TOUCHPAD_SIM),
     # A recording starts with its first subscriber, here the recorder, and ends the launch.
+    Run(LAUNCH + r'touchpad.launch.py rviz:=true source:=bag', more=' record:=played',
+        change=('rviz:=true source:=bag path:=out/demo_bag rate:=0.5', 'source:=bag path:=@/short_bag rate:=0'), writes='played/metadata.yaml'),
     Run(LAUNCH + r'\w+.launch.py .*source:=(file|bag)', more=' rate:=0 record:=played', writes='played/metadata.yaml'),
     Run(LAUNCH + r'.* calibration:=my_pad.yaml', LASTS, change=(' calibration:=my_pad.yaml', '')),  # docs/touchpad.md makes one, and is run
     Run(LAUNCH, LASTS),
@@ -128,7 +130,6 @@ NOT_RUN = {
     r'(CASES=.* )?make test-hardware': 'boots a machine in QEMU; test/hardware is that test',
     r'make sanitize': 'compiles the kernels anew with checks: minutes; the continuous integration runs it',
     r'python3 -m pytest test/launch/test_rviz.py': 'is itself a test, which the continuous integration runs where RViz is found',
-    r'ffmpeg ': 'not installed in every environment; makes a picture of the documentation',
     r'python3 test/benchmark/pins.py FOLDER': 'needs a data set of others, which is not shipped',
     r'ros2 bag ': "ROS 2's own verb, absent where setup.bash made the environment; test/environment/test_rosbag2_py.py tests the bags",
     r'mcap ': 'a program of others',

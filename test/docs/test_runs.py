@@ -19,7 +19,7 @@ from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_ta
 from tactile_driver.simulation.sensors.scenes import open_scene
 
 COMMANDS = list(dict.fromkeys([command for page in ALL_PAGES for command in listed_commands(page)] + helped_commands()))
-LIMIT_S, NODES_S = 600.0, 60.0
+LIMIT_S, NODES_S = 1500.0, 60.0
 
 
 def test_each_command_is_run_or_has_a_reason_why_not():
