@@ -113,7 +113,8 @@ RUNS = (
     Run(r'ros2 service call /touchpad/camera_node/change_state', ANSWERED, beside=TOUCHPAD_SIM),
     # A recording starts with its first subscriber, here the recorder, and ends the launch.
     Run(LAUNCH + r'touchpad.launch.py rviz:=true source:=bag', more=' record:=played',
-        change=('rviz:=true source:=bag path:=out/demo_bag rate:=0.5', 'source:=bag path:=@/short_bag rate:=0'), writes='played/metadata.yaml'),
+        change=('rviz:=true source:=bag path:=out/demo_bag rate:=0.5', 'source:=bag path:=@/short_bag rate:=0'),
+        writes='played/metadata.yaml'),
     Run(LAUNCH + r'\w+.launch.py .*source:=(file|bag)', more=' rate:=0 record:=played', writes='played/metadata.yaml'),
     Run(LAUNCH + r'.* calibration:=my_pad.yaml', LASTS, change=(' calibration:=my_pad.yaml', '')),  # docs/touchpad.md makes one, and is run
     Run(LAUNCH, LASTS),
