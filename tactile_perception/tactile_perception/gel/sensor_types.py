@@ -12,5 +12,6 @@ PINS = _CAMERA(
     perception='pins_contact_node',
     params='pin_dome.yaml',
     uncalibrated='contacts have neither position nor depth; record presses at known positions',
+    calibration_parameters=('rows', 'columns'),
     calibrate='tactile_perception.gel.tools:calibrate_pins',
 )
