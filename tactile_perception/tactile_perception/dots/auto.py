@@ -32,10 +32,11 @@ _UNSURE = 0.01  # of the diameter, standard deviation of a centroid: worn dots h
 
 
 class AnyDots:
-    """Dots of any polarity and size, whose pattern was found in an image; fit: an exact detector of them, None where they are no discs."""
+    """Dots of any polarity and size, whose pattern was found in an image; fit: an exact detector of them, None where they are no discs;
+    count: how many discs that image shows, with which no other disc is searched."""
 
-    def __init__(self, pattern: Pattern, fit):
-        self._pattern, self._fit = pattern, fit
+    def __init__(self, pattern: Pattern, fit, count: int = 0):
+        self._pattern, self._fit, self._count = pattern, fit, count
 
     def describe(self, dots: Dots) -> str:
         """'165 bright dots of 9 px'."""
@@ -49,6 +50,8 @@ class AnyDots:
         if self._fit is not None:
             fitted = self._fit.detect(image)
             fitted = _alike(fitted, fitted, grey, pattern.sign, _CONTRAST_RANGE[1])
+            if len(fitted) >= self._count:
+                return fitted
         discs = _discs(grey, pattern, fitted)
         if len(fitted) < MIN_DOTS:
             return _alike(discs, discs, grey, pattern.sign, _CONTRAST_RANGE[1])
@@ -65,7 +68,8 @@ def measure_any(image: np.ndarray, sign: int, make_fit: Callable) -> AnyDots:
         fit = make_fit(describe_dots(image, pattern))
     except BadFrame:
         return discs
-    return AnyDots(pattern, fit) if len(fit.detect(image)) >= _AS_MANY * len(discs.detect(image)) else discs
+    count = max(len(discs.detect(image)), MIN_DOTS)
+    return AnyDots(pattern, fit, count) if len(fit.detect(image)) >= _AS_MANY * count else discs
 
 
 def _discs(grey, pattern, known: Dots) -> Dots:

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 import cv2
+from matplotlib import get_data_path
 import numpy as np
 import pytest
 from tactile_perception.dots.auto import place_dots
@@ -67,10 +68,15 @@ def test_lamps_that_switch_change_no_track():
 
 
 @pytest.mark.skipif(not (RECORDINGS / 'bright_gel').is_dir(), reason='TACTILE_RECORDINGS holds no bright_gel')
-@pytest.mark.parametrize('name, count, kind', [('bright_gel/still.png', 64, 'bright'), ('pin_array_127/frame_1000_0.png', 127, 'bright')])
-def test_real_dots_are_found_without_a_parameter(name, count, kind):
-    detector = DotDetector('any', 'auto')
-    assert count <= len(detector.detect(cv2.imread(str(RECORDINGS / name)))) <= 1.03 * count
+@pytest.mark.parametrize('name, count, kind', [
+    ('bright_gel/still.png', 64, 'bright'), ('pin_array_127/frame_1000_0.png', 127, 'bright'), ('gelsight_mini/mini_example.avi', 70, 'dark'),
+    ('simulated/tp_rect_drag/frames', 529, 'dark'), ('simulated/as_test/frames', 117, 'bright'),
+    ('simulated/ad_test/frames_left', 88, 'bright'), ('simulated/ac_test/frames', 221, 'bright')])
+def test_dots_of_recordings_are_found_without_a_parameter(name, count, kind):
+    path, detector = RECORDINGS / name, DotDetector('any', 'auto')
+    path = min(path.iterdir()) if path.is_dir() else path
+    image = cv2.VideoCapture(str(path)).read()[1] if path.suffix == '.avi' else cv2.imread(str(path))
+    assert count <= len(detector.detect(image)) <= 1.03 * count
     assert detector.found.split()[1] == kind
 
 
@@ -139,7 +145,17 @@ def unmarked_gel(seed):
     return np.clip(cv2.GaussianBlur(image, (0, 0), 1) + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize('image', [reflections(), unmarked_gel(0), unmarked_gel(1),
+def photographs():
+    """Pictures that matplotlib ships, those that are installed: a person, a pattern of flowers, a logo."""
+    folder = Path(get_data_path()) / 'sample_data'
+    pictures = (cv2.imread(str(folder / name)) for name in ('grace_hopper.jpg', 'Minduka_Present_Blue_Pack.png', 'logo2.png'))
+    return [picture for picture in pictures if picture is not None]
+
+
+@pytest.mark.parametrize('image', [reflections(), unmarked_gel(0), unmarked_gel(1), *photographs(),
+                                   np.random.default_rng(0).integers(0, 256, (480, 640), dtype=np.uint8),
+                                   np.random.default_rng(1).normal(120, 3, (240, 320, 3)).astype(np.uint8),
+                                   (0.4 * np.add.outer(np.arange(240), np.arange(320))).astype(np.uint8),
                                    np.kron(np.indices((8, 10)).sum(axis=0) % 2, np.ones((30, 30))).astype(np.uint8) * 200])
 @pytest.mark.parametrize('polarity', ['any', 'dark', 'bright'])
 def test_what_shows_no_pattern_is_refused_in_one_sentence_that_says_what_is_seen(image, polarity):
