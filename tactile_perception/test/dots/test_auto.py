@@ -69,7 +69,8 @@ def test_lamps_that_switch_change_no_track():
 
 @pytest.mark.skipif(not (RECORDINGS / 'bright_gel').is_dir(), reason='TACTILE_RECORDINGS holds no bright_gel')
 @pytest.mark.parametrize('name, count, kind', [
-    ('bright_gel/still.png', 64, 'bright'), ('pin_array_127/frame_1000_0.png', 127, 'bright'), ('gelsight_mini/mini_example.avi', 70, 'dark'),
+    ('bright_gel/still.png', 64, 'bright'), ('pin_array_127/frame_1000_0.png', 127, 'bright'),
+    ('gelsight_mini/mini_example.avi', 70, 'dark'),
     ('simulated/tp_rect_drag/frames', 529, 'dark'), ('simulated/as_test/frames', 117, 'bright'),
     ('simulated/ad_test/frames_left', 88, 'bright'), ('simulated/ac_test/frames', 221, 'bright')])
 def test_dots_of_recordings_are_found_without_a_parameter(name, count, kind):
