@@ -15,7 +15,7 @@ import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from sensor_msgs.msg import Image
-from tactile_bringup.hand.configurations import rviz_configuration
+from tactile_bringup.hand.configurations import moved_file, rviz_configuration
 from tactile_bringup.hand.description import read_hand
 from tactile_msgs.msg import Contacts
 from visualization_msgs.msg import MarkerArray
@@ -27,7 +27,7 @@ SHARE = pathlib.Path(get_package_share_directory('tactile_bringup'))
 KINDS = {'MarkerArray': MarkerArray, 'Image': Image}
 # launch file -> arguments: rates that RViz, which draws without a graphics card, and the sensor reach together on two cores
 LAUNCHED = {'touchpad': ['rate:=5'], 'areal_single': ['rate:=5'], 'areal_dual': ['rate:=3'], 'air_cushion': ['rate:=3'],
-            'psd_finger': ['rate:=200'], 'taxel_array': ['rate:=5'], 'hand': []}
+            'gel': ['rate:=2'], 'pins': ['rate:=2'], 'psd_finger': ['rate:=200'], 'taxel_array': ['rate:=5'], 'hand': []}
 SIZE = 1600, 960  # px, of the window
 GROUND = 38, 32, 32  # BGR, of the 3D view
 WARNING = 26, 209, 255  # BGR
@@ -86,7 +86,7 @@ def letters(view):
 def shown_by(name):
     """(topic, type) of the enabled displays."""
     text = rviz_configuration(read_hand(SHARE / 'hands' / 'example_hand.yaml')) if name == 'hand' else \
-        (SHARE / 'rviz' / f'{name}.rviz').read_text()
+        moved_file(name, name, name)
     displays = yaml.safe_load(text)['Visualization Manager']['Displays']
     return {each['Topic']['Value']: KINDS[each['Class'].split('/')[1]] for each in displays if each['Enabled'] and 'Topic' in each}
 
