@@ -99,15 +99,14 @@ def video(tmp_path):
 
 
 def test_a_launch_ends_with_its_recording_and_nothing_of_it_is_lost(ros2, listen, video, tmp_path):
-    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=file', f'path:={video}', params('marker_video.yaml'),
-                    'record:=bag', 'rate:=4')
+    launched = ros2('launch', 'tactile_bringup', 'dots.launch.py', 'source:=file', f'path:={video}', 'record:=bag', 'rate:=4')
     ear = listen({'/diagnostics': DiagnosticArray})
     assert launched.wait(120) == 0, launched.log
     assert launched.complaints == [] and launched.log.count('the recording is over') == 1, launched.log
     said = {status.message.split(':')[0] for message in ear.heard['/diagnostics'] for status in message.status}
     assert 'ended' in said, said
     with BagReader(tmp_path / 'bag') as bag:
-        last = [decode(message.data, message.type_name) for message in bag.messages({'/touchpad/dots'})][-1]
+        last = [decode(message.data, message.type_name) for message in bag.messages({'/dots/dots'})][-1]
     assert np.median(last.du) == pytest.approx(6.0, abs=0.5), 'the last frame is recorded'
 
 
