@@ -150,7 +150,9 @@ class DotTracker:
 
     @property
     def jumps(self) -> str:
-        """How many dots got no link so far, and how many frames were far apart; ''."""
+        """How many dots got no link so far, and how many frames were far apart; '' where they have grid numbers, which need no links."""
+        if self.rows and not self.unnumbered:
+            return ''
         lost, far = self.links.lost, self.links.far
         return f'{lost} dots not linked, {far} frames more than half a spacing apart; {_SLOWER}' if lost or far else ''
 
