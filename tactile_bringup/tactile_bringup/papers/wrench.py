@@ -79,6 +79,7 @@ def _held(bench: Bench, name: str, scene: HeldScene) -> Path:
     alone = bench.written(name, lambda bag: write_taxel_scene(bag, name, _FRAMES, bench.seed, scene=scene))
 
     def write(bag: Path) -> None:
+        """Write the bag: the messages of the array alone, and those of the arm."""
         with BagReader(alone) as reader, BagWriter(bag) as writer:
             for raw in reader.messages():
                 if raw.topic.endswith('image_raw'):

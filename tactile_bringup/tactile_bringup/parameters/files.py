@@ -14,14 +14,14 @@ from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 from tactile_driver.simulation.sensors import gel
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.taxel.pad import PadSpecimen
-from tactile_perception.dots.parameters import DOT_PARAMETERS, DOT_SENSOR_PARAMETERS
-from tactile_perception.finger.parameters import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
-from tactile_perception.gel.parameters import GEL_PARAMETERS, GEL_SENSOR_PARAMETERS, PINS_PARAMETERS, PINS_SENSOR_PARAMETERS
-from tactile_perception.press.parameters import MARKER_PARAMETERS, MARKER_SENSOR_PARAMETERS
+from tactile_perception.dots.parameters import DOT_SENSOR_PARAMETERS
+from tactile_perception.finger.parameters import PSD_SENSOR_PARAMETERS
+from tactile_perception.gel.parameters import GEL_SENSOR_PARAMETERS, PINS_SENSOR_PARAMETERS
+from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
-from tactile_perception.sensor_type import SENSOR_TYPES
-from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
-from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS, TOUCHPAD_SENSOR_PARAMETERS
+from tactile_perception.sensor_type import NODES, SENSOR_TYPES
+from tactile_perception.taxel.parameters import TAXEL_SENSOR_PARAMETERS
+from tactile_perception.touchpad.parameters import TOUCHPAD_SENSOR_PARAMETERS
 
 from .table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
 
@@ -54,11 +54,10 @@ _SIMULATED_PRESSES = {'areal_single': (3.0, 0.05, 0.006), 'areal_dual': (2.0, 0.
 #: Sensor type -> parameters of all its nodes; else those of sensors with markers.
 _SHARED = {'touchpad': TOUCHPAD_SENSOR_PARAMETERS, 'gel': GEL_SENSOR_PARAMETERS, 'pins': PINS_SENSOR_PARAMETERS,
            'dots': DOT_SENSOR_PARAMETERS, 'psd_finger': PSD_SENSOR_PARAMETERS, 'taxel_array': TAXEL_SENSOR_PARAMETERS}
+#: Driver or node that draws -> its parameters; a perception node's are those of its stage.
 _OF_NODES = {
     'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS, 'psd_node': PSD_DRIVER_PARAMETERS,
-    'taxel_array_node': TAXEL_DRIVER_PARAMETERS, 'touchpad_contact_node': TOUCHPAD_PARAMETERS, 'press_contact_node': MARKER_PARAMETERS,
-    'gel_contact_node': GEL_PARAMETERS, 'pins_contact_node': PINS_PARAMETERS, 'dot_tracker_node': DOT_PARAMETERS,
-    'psd_contact_node': PSD_PARAMETERS, 'taxel_contact_node': TAXEL_PARAMETERS, 'markers_node': MARKERS_PARAMETERS,
+    'taxel_array_node': TAXEL_DRIVER_PARAMETERS, 'markers_node': MARKERS_PARAMETERS,
     'finger_markers_node': FINGER_MARKERS_PARAMETERS, 'taxel_markers_node': TAXEL_MARKERS_PARAMETERS}
 # Parameters that the launch files set for each sensor are left out.
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate', 'text.height', 'text.side', 'text.up'}
@@ -67,7 +66,8 @@ _BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate', 'text.heig
 def _tables(sensor_type: str) -> tuple[Sequence[Parameter], dict[str, Sequence[Parameter]]]:
     """Parameters of all nodes of a sensor type, and name -> those of each."""
     kind = SENSOR_TYPES[sensor_type]
-    return _SHARED.get(sensor_type, MARKER_SENSOR_PARAMETERS), {name: _OF_NODES[name] for name in (kind.driver, kind.perception, kind.view)}
+    return _SHARED.get(sensor_type, MARKER_SENSOR_PARAMETERS), {
+        kind.driver: _OF_NODES[kind.driver], kind.perception: NODES[kind.perception].parameters, kind.view: _OF_NODES[kind.view]}
 
 
 def _text(sensor_type: str, about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = (), whole: bool = True) -> str:

@@ -7,17 +7,17 @@
 #include <utility>
 
 #include "common/grid.hpp"
+#include "common/median.hpp"
 
 namespace tactile::taxel {
 namespace {
 
 constexpr double QUANTUM = 0.29;             // standard deviation of rounding to whole numbers: 1 / sqrt(12)
-constexpr double SIGMA_PER_MAD = 1.4826;     // standard deviation of normal errors over their median absolute deviation
 constexpr std::ptrdiff_t AROUND = 3;         // taxels around a quiet one that must be untouched: the pad spreads pressure over 2 taxels
 constexpr float SETTLED = 5;                 // quiet frames of a taxel before it adds to the noise: its mean is then known better than that
 constexpr std::ptrdiff_t NOISE_FRAMES = 50;  // length of the noise's average; once full, one frame in NOISE_INTERVAL updates it
 constexpr std::ptrdiff_t NOISE_INTERVAL = 10;
-constexpr std::size_t SAMPLE = 2000;  // taxels that show the noise: a standard deviation is then known within 2 %
+constexpr std::size_t SAMPLE = 2000;     // taxels that show the noise: a standard deviation is then known within 2 %
 constexpr double LOOKS_PRESSED = 0.1;    // of the full scale: range of a smoothed first frame with a contact; offsets vary by less
 constexpr float SILENT = 0.1f;           // of both neighbours, up to which a taxel is silent: a pad blurs pressure, which falls less
 constexpr double PRESSED = 12;           // standard deviations of the noise, from which a taxel is pressed
@@ -72,11 +72,8 @@ void fill(std::vector<float>& values, std::vector<std::uint8_t> missing, std::pt
 std::vector<float> about_median(std::vector<float> values) {
     values.erase(std::remove_if(values.begin(), values.end(), [](float value) { return !std::isfinite(value); }), values.end());
     if (values.empty()) return values;
-    std::vector<float> ordered = values;
-    const auto upper = ordered.begin() + static_cast<std::ptrdiff_t>(ordered.size() / 2);
-    std::nth_element(ordered.begin(), upper, ordered.end());
-    const float median = ordered.size() % 2 ? *upper : 0.5f * (*upper + *std::max_element(ordered.begin(), upper));
-    for (float& value : values) value -= median;
+    const auto middle = static_cast<float>(median({values.begin(), values.end()}));
+    for (float& value : values) value -= middle;
     return values;
 }
 

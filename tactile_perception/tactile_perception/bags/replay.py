@@ -74,6 +74,7 @@ class Replay:
             if problems.get(topic):
                 raise BadRecording(f'bag {bag}: {problems[topic]}')
         self._unusable = {topic: why for topic, why in problems.items() if why}
+        self._side_topics = {side.topic for side in self._stage.side_inputs}
         self.done, self.left_out, self.stages = 0, LeftOut(), defaultdict(list)
 
     @property
@@ -82,7 +83,6 @@ class Replay:
         return set(self._stage.outputs)
 
     def __iter__(self) -> Iterator[list[RawMessage]]:
-        self._side_topics = {side.topic for side in self._stage.side_inputs}
         names = {name if name.startswith('/') else self.prefix + name: name for name in (*KEPT, *self._side_topics)}
         with self.open() as reader:
             self._stage.use_frame(recorded_frame(reader, self.prefix))

@@ -320,7 +320,8 @@ def _view(places) -> np.ndarray:
     affine = np.linalg.lstsq(index[known], target[known], rcond=None)[0]
     scale = max(float(np.abs(affine[:2]).max()), 1e-9)
 
-    def seen(values):  # affine (3, 2), tilt (2,), centre (2,) in scales, distortion
+    def seen(values):
+        """(K, 2) px, where a camera sees the grid; values: affine (3, 2), tilt (2,), centre (2,) in scales, distortion."""
         flat = index @ values[:6].reshape(3, 2) / (1 + index[:, :2] @ values[6:8])[:, None]
         away = flat - affine[2] / scale - values[8:10]
         return (flat + values[10] * (away**2).sum(axis=1, keepdims=True) * away) * scale

@@ -18,8 +18,6 @@ from .estimator import GelEstimator, layer_of
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR, PinEstimator, PinModel
 
-_WITHOUT_SLIP = {topic: kind for topic, kind in convert.RESULTS.items() if topic != 'slip'} | convert.POINTS
-
 
 class _ImageStage(DotStage):
     """A stage whose model of contact takes positions of dots in the image."""
@@ -60,7 +58,7 @@ class PinsStage(_ImageStage):
     """image_raw (or dots) -> dots, contact_region, contacts, wrench (NaN), points. Raises BadArgument for wrong values, BadCalibration for
     a bad file."""
 
-    node, parameters, contact_outputs = PINS_NODE, PINS_PARAMETERS, _WITHOUT_SLIP
+    node, parameters, contact_outputs = PINS_NODE, PINS_PARAMETERS, convert.WITHOUT_SLIP
 
     def __init__(self, values: Mapping):
         super().__init__(values)

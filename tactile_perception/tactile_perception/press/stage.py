@@ -6,10 +6,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Header
 from tactile_driver.stitching.calibration import stitching_from_dict
-from tactile_msgs.msg import ContactRegion, Contacts
 
 from ..camera_stage import Matrices
 from ..common.camera import camera_pose
@@ -23,8 +21,6 @@ from .field import RestMarkers, checked_view, view_maker
 from .methods import make_method
 from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
 from .positions import MarkerPlaces
-
-_OUTPUTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'wrench': WrenchStamped, **convert.POINTS}
 
 
 class MarkerModel(NamedTuple):
@@ -45,7 +41,7 @@ class MarkerStage(DotStage):
     def __init__(self, values: Mapping):
         self.sensor = marker_sensor(values)
         self._known = read_touch(values['calibration'], self.sensor.type, values) if values['calibration'] else None
-        self.contact_outputs = _OUTPUTS if self._known and self._known.methods else {}
+        self.contact_outputs = convert.WITHOUT_SLIP if self._known and self._known.methods else {}
         super().__init__(values)
         if self._known and self._known.stitching:
             self.stitching = stitching_from_dict(self._known.stitching, 'calibration: stitching')

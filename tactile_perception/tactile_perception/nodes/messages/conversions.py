@@ -278,6 +278,8 @@ def points_to_message(points: SurfacePoints, header) -> PointCloud2:
 
 #: Topic -> type of the estimates of all sensors.
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
+#: topic -> type of what sensors give that do not estimate slip
+WITHOUT_SLIP = {topic: kind for topic, kind in (RESULTS | POINTS).items() if topic != 'slip'}
 #: topic -> (attribute of an estimator's result, its conversion)
 _RESULTS = {
     'contact_region': ('region', region_to_message),
