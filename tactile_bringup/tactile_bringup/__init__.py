@@ -3,8 +3,9 @@
 """Launch files, parameters, views and commands of the sensors."""
 from pathlib import Path
 
-import tactile_driver  # noqa: F401, for what it does about Ctrl-C
 from ament_index_python.packages import get_package_share_directory
+
+import tactile_driver  # noqa: F401, for what it does about Ctrl-C
 
 
 def share(*parts: str, package: str = 'tactile_bringup') -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import Point32, Polygon, Vector3, WrenchStamped
+
 from tactile_bringup.demo import DemoNode, Reading, Summary, Video, reading_of
 from tactile_driver.errors import BadArgument
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tactile_bringup.papers import command
 from tactile_bringup.papers.bench import Bench, Detail, Row, Table, at_maximum, common, reported, unexplained
 from tactile_bringup.papers.figures import Curves, Picture, draw_curves

@@ -7,15 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tactile_bringup.parameters.files import parameter_files
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source
 from tactile_driver.sources.source import EndOfSource
 from tactile_perception.bags.replay import make_stage
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import MARKER_PARAMETERS, NODE, marker_sensor
-from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
+
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import main, write_scene
 from tactile_bringup.simulate.calibrations import calibrate_specimen
@@ -18,8 +19,8 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.press.calibration import read_touch
 from tactile_perception.nodes.messages.conversions import camera_matrices
+from tactile_perception.press.calibration import read_touch
 from tactile_perception.tools.process_bag import main as process_bag
 
 

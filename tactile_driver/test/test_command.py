@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+
 from tactile_driver.errors import BadArgument, tells_errors
 
 

@@ -8,6 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
+
 from tactile_driver.emulators import FAULTS, PsdEmulator, TaxelEmulator, psd_emulator, taxel_emulator
 from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.parameters.drivers import PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS

@@ -6,9 +6,18 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+
 from tactile_driver.errors import BadArgument, BadFrame
 from tactile_driver.frame import (
-    CameraCalibration, Frame, as_encoding, frame_of, in_sensor_order, load_calibration, matrix_frame, save_calibration)
+    CameraCalibration,
+    Frame,
+    as_encoding,
+    frame_of,
+    in_sensor_order,
+    load_calibration,
+    matrix_frame,
+    save_calibration,
+)
 from tactile_driver.frame_names import optical_frame, sensor_frame, stitched_frame
 from tactile_driver.lens import undistorted
 from tactile_driver.stamp_gaps import StampGaps

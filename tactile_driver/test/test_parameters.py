@@ -6,9 +6,16 @@ import math
 
 import pytest
 import yaml
+
 from tactile_driver.errors import BadArgument
 from tactile_driver.parameters.drivers import (
-    CAMERA_PARAMETERS, DUAL_CAMERA_PARAMETERS, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS, check_pair, check_together)
+    CAMERA_PARAMETERS,
+    DUAL_CAMERA_PARAMETERS,
+    PSD_DRIVER_PARAMETERS,
+    TAXEL_DRIVER_PARAMETERS,
+    check_pair,
+    check_together,
+)
 from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 
 RATE = Parameter('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+
 from tactile_driver.parameters.table import defaults
 
 from .common.camera import camera_pose

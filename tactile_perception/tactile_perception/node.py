@@ -9,11 +9,14 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
-import tactile_driver.nodes  # noqa: F401  (one thread of linear algebra; said before NumPy is there)
+import tactile_driver.nodes  # noqa: F401  sets the number of linear algebra threads, before NumPy is imported
+
+# isort: split
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
+
 from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.diagnostics import Health, LogOnce, NodeDiagnostics

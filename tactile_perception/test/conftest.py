@@ -4,6 +4,7 @@
 import cv2
 import numpy as np
 import pytest
+
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.geometry import Cap

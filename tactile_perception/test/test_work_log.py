@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN
 from tactile_perception.clock import StampClock
 from tactile_perception.errors import BadFrame, ClockSetBack

@@ -17,21 +17,21 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from judged import touchpad_parameters
+
 from tactile_driver.parameters.table import defaults
-from tactile_driver.simulation.optics.rendering import Imaging
 from tactile_driver.simulation.optics.light import Lighting
+from tactile_driver.simulation.optics.rendering import Imaging
 from tactile_driver.simulation.scene.scene import Scene
 from tactile_driver.simulation.scene.specimen import act, one_after_the_other
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
 from tactile_driver.simulation.skin.tools import Motion, Tool, block, disc, ring, sphere
 from tactile_perception.common.progress import progress
-from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.membrane import Membrane
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
 from tactile_perception.touchpad.sensor import Touchpad
-
-from judged import touchpad_parameters
 
 RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
 REACH, SIDE, FED = 2, 5, 51  # dots, of what is fed around each; numbers fed

@@ -9,6 +9,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tactile_perception' / 'test' / 'helpers'))
 from pressed_gel import CENTRE, FOCAL, pressed_gel  # noqa: E402  after the path
+
 from tactile_perception.gel.estimator import GelEstimator  # noqa: E402
 
 #: What differs from a gel with a grid of 1.5 mm and a noise of 0.05 px, and from what its user measured (factors).

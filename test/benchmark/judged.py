@@ -22,10 +22,10 @@ from tempfile import TemporaryDirectory
 import cv2
 import numpy as np
 import yaml
+
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene, writer_of
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.tools.judged_bag import JudgedBag
 from tactile_perception.common.estimates import ContactEstimate
 from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
@@ -34,6 +34,7 @@ from tactile_perception.parameters.file import write_parameters
 from tactile_perception.tools.calibrate import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording
 from tactile_perception.tools.evaluate import text
+from tactile_perception.tools.judged_bag import JudgedBag
 
 _NEAR = 50e-6  # m: a free dot nearer to the tool is in neither class, as the description of the recordings asks
 _TOLERANCE = 10e-6  # m, of the touchpad: a slip of half to three times this value is in neither class

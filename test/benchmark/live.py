@@ -27,12 +27,12 @@ import rclpy
 import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from run import machine
+
 from tactile_bringup import share
 from tactile_driver.nodes.runtime.run import make_room_for_images
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_msgs.msg import ContactRegion, Contacts
-
-from run import machine
 
 #: name: type, Hz of the driver, what it shows, result and its type
 SENSORS = {'thumb': ('touchpad', 60, 'demo', 'contact_region', ContactRegion),

@@ -11,18 +11,18 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
+import dots
 import numpy as np
+from judged import Case, Counts, Judged, calibrated, judge, recorded, simulated, touchpad_scene
+from printed_dots import NAMES
+
 from tactile_bringup import share
 from tactile_bringup.papers.bench import mean
 from tactile_bringup.papers.sheets import fit_published
-from tactile_perception.evaluation.evaluation import Instant
 from tactile_perception.common.geometry import error_angle
+from tactile_perception.evaluation.evaluation import Instant
 from tactile_perception.parameters.file import write_parameters
 from tactile_perception.press.tools import calibrate_markers
-
-import dots
-from judged import Case, Counts, Judged, calibrated, judge, recorded, simulated, touchpad_scene
-from printed_dots import NAMES
 
 SIZES = {'320 x 240': (320, 240), '640 x 480': (640, 480), '960 x 720': (960, 720)}
 VGA = '640 x 480'

@@ -27,15 +27,16 @@ from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import tactile_driver.nodes  # noqa: F401  (one thread of linear algebra; said before NumPy is there)
+import tactile_driver.nodes  # noqa: F401  sets the number of linear algebra threads, before NumPy is imported
 
+# isort: split
 import cv2
 import numpy as np
-from tactile_perception.errors import TactileError
-from tactile_perception.tools.evaluate import plain
-from tactile_perception.sensor_type import SENSOR_TYPES
-
 from parts import PARTS, Measure
+
+from tactile_perception.errors import TactileError
+from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.tools.evaluate import plain
 
 _ROUNDS = {True: 1, False: 3}  # by quick
 _LONG = 'sheets and dome'  # its calibrations take longer than a quick run

@@ -18,6 +18,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from judged import Case, Judged, calibrated, judge
+
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.optics.rendering import Renderer
@@ -27,8 +29,6 @@ from tactile_driver.simulation.sensors.marker_sheet import markers
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, SCENES
 from tactile_driver.simulation.skin.surfaces import Sheet
 from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
-
-from judged import Case, Judged, calibrated, judge
 
 RATE, SLOW = 30.0, 3.0  # Hz: of scenes, of calibrations
 LEAST = 0.3e-3          # m: shallower touches are not judged

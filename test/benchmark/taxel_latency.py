@@ -16,15 +16,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from judged import Case, calibrated
+
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_taxel_scene
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene
-from tactile_perception.tools.judged_bag import JudgedBag
 from tactile_perception.evaluation.scores import macro_f1
 from tactile_perception.parameters.file import write_parameters
-
-from judged import Case, calibrated
+from tactile_perception.tools.judged_bag import JudgedBag
 
 DEVICES = {'A': (PadSpecimen(), InkSpecimen()), 'B': DEVICE_B}
 SCENES = ('drag', 'turn', 'smooth', 'cycle', 'jerks', 'grip', 'roll', 'slide', 'rock', 'two_fingers', 'l')

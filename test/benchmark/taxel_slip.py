@@ -17,8 +17,8 @@ from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tactile_perception.common.estimates import NONE
-from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TaxelEstimator, TaxelSettings
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.response import Response
 
 PITCH, FULL_SCALE = 3.4e-3, 4095.0

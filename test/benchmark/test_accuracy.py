@@ -12,6 +12,7 @@ import printed_dots
 import pytest
 import taxel_slip
 from judged import Case, calibrated, judge, recorded, recording_folder, report, touchpad_scene
+
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.recordings.reader import BagReader

@@ -18,6 +18,7 @@ from fit_contact_score import KINDS, random_scene
 from judged import touchpad_parameters
 from printed_dots import make_scene
 from taxel_latency import DEVICES, TAXEL_SCENES, Score, TaxelScene, device, macro_f1
+
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS
 from tactile_perception import _core
@@ -26,13 +27,13 @@ from tactile_perception.dots.detect import DotDetector, LikelihoodFinder
 from tactile_perception.dots.look import measure_look
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.taxel.estimator import TaxelEstimator
 from tactile_perception.taxel.motion import Limits
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, taxel_estimator
 from tactile_perception.touchpad import water
 from tactile_perception.touchpad.contact import MembraneMethod
 from tactile_perception.touchpad.membrane import Membrane, MembraneMaterial
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 from tactile_perception.touchpad.slip import slip_confidence

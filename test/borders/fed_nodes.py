@@ -15,6 +15,7 @@ import rig
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
+
 from tactile_bringup import share
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.messages.images import image_to_array

@@ -6,10 +6,11 @@ import copy
 import random
 from array import array
 
-from fed_nodes import NODES, at, compressed, fed, sent
 import numpy as np
 import pytest
+from fed_nodes import NODES, at, compressed, fed, sent
 from random_messages import hostile
+
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.serialization import encode

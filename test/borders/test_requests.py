@@ -3,13 +3,14 @@
 """Requests and messages of any content, to nodes and sources."""
 import random
 
+import pytest
+import rclpy
 from fault_rig import made, planned
 from fed_nodes import at, compressed, messages
-import pytest
 from random_messages import hostile, random_message
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-import rclpy
 from std_srvs.srv import Trigger
+
 from tactile_driver.errors import BadFrame
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters

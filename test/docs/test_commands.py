@@ -12,9 +12,8 @@ from pathlib import Path
 from unittest import mock
 
 import pytest
-from pages import ALL_PAGES, ROOT, commands, files, indented_commands
-
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
+from pages import ALL_PAGES, ROOT, commands, files, indented_commands
 
 VERBS = ('topic', 'service', 'param', 'node', 'bag')
 TOPICS = {'image_raw', 'camera_info', 'time_reference', 'voltages', 'description', 'dots', 'contact_region', 'contacts', 'slip', 'wrench',

@@ -11,12 +11,13 @@ import sys
 import time
 
 import numpy as np
-from pages import ROOT, files
 import pytest
 import rclpy
+from pages import ROOT, files
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
+
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 

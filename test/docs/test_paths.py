@@ -7,6 +7,7 @@ import re
 import pytest
 import run
 from pages import ALL_PAGES, ROOT, files, prose
+
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
 
 PACKAGES = ('tactile_driver', 'tactile_perception', 'tactile_bringup')

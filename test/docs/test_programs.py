@@ -8,11 +8,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 import cv2
 import numpy as np
-from pages import ROOT, blocks, files
 import pytest
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from pages import ROOT, blocks, files
 
 PAGE, EXAMPLE = ROOT / 'docs' / 'controllers.md', ROOT / 'docs' / 'examples' / 'slip_watch'
 STAND_IN = Path(__file__).with_name('rclcpp_stand_in')

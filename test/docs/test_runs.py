@@ -15,6 +15,7 @@ import yaml
 from pages import ALL_PAGES, ROOT, helped_commands, listed_commands
 from runs import ANSWERED, ENDS, LASTS, NOT_RUN, RUNS, reason_of, run_of
 from session import Session
+
 from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from tactile_driver.simulation.sensors.scenes import open_scene
 

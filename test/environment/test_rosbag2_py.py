@@ -11,8 +11,20 @@ import rosbag2_py
 from rcl_interfaces.msg import Log
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
-from rosbag2_py import (CompressionMode, CompressionOptions, ConverterOptions, ReadOrder, ReadOrderSortBy, SequentialCompressionReader,
-                        SequentialCompressionWriter, SequentialReader, SequentialWriter, StorageFilter, StorageOptions, TopicMetadata)
+from rosbag2_py import (
+    CompressionMode,
+    CompressionOptions,
+    ConverterOptions,
+    ReadOrder,
+    ReadOrderSortBy,
+    SequentialCompressionReader,
+    SequentialCompressionWriter,
+    SequentialReader,
+    SequentialWriter,
+    StorageFilter,
+    StorageOptions,
+    TopicMetadata,
+)
 from rosidl_runtime_py.utilities import get_message
 from std_msgs.msg import String
 

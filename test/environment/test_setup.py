@@ -11,9 +11,9 @@ import subprocess
 import sysconfig
 
 import numpy
+import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
-import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 

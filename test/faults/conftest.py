@@ -6,6 +6,7 @@ import pathlib
 import pytest
 from emulated import Bus
 from fault_rig import Bench, Beside, Runner, host, made, planned
+
 from tactile_driver import emulators
 from tactile_driver.nodes.runtime.run import make_room_for_images
 from tactile_driver.serial import port as serial_port

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+
 from tactile_driver.emulators import PortEmulator, PsdEmulator
 
 FULL_SCALE, BITS = 5.0, 12

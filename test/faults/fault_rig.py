@@ -22,6 +22,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+
 from tactile_bringup.hand.description import HandSensor
 from tactile_bringup.launch.arguments import SensorPlan
 from tactile_bringup.launch.hand import hand_arguments, planned_sensor

@@ -3,6 +3,7 @@
 """Calibration files that are missing, truncated or of another sensor: the node exits with one line and its own exit code."""
 import pytest
 from fault_rig import PATIENCE, made, planned
+
 from tactile_bringup import share
 from tactile_driver.errors import TactileError as DriverError
 from tactile_driver.nodes.runtime.run import WRONG

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from fault_rig import ERROR, OK
 from sensor_msgs.msg import Image
-from tactile_driver.nodes.camera_node import CameraNode
+
 from tactile_driver.camera import device
+from tactile_driver.nodes.camera_node import CameraNode
 
 RATE = 30.0  # frames/s
 

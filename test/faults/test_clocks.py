@@ -10,6 +10,7 @@ from emulated import CountingFinger, samples
 from fault_rig import OK, stamps
 from rclpy.clock import ClockType
 from rosgraph_msgs.msg import Clock
+
 from tactile_driver.nodes.driver_node import DriverNode
 from tactile_driver.nodes.psd_node import PsdNode
 from tactile_msgs.msg import Contacts, PsdVoltages

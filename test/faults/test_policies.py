@@ -11,10 +11,11 @@ from fault_rig import PATIENCE, Runner, made, planned
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import NodeNameNonExistentError
 from rosidl_runtime_py.utilities import get_message
+
 from tactile_bringup import share
 from tactile_bringup.nodes.hand_frames_node import HandFramesNode
-from tactile_perception.sensor_type import NODES
 from tactile_driver.nodes.runtime.host import Host
+from tactile_perception.sensor_type import NODES
 
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
 SPACE = '/sensor'  # namespace of the policies

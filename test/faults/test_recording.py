@@ -10,6 +10,7 @@ import pytest
 import yaml
 from emulated import CountingFinger, samples
 from fault_rig import ERROR, OK, PATIENCE
+
 from tactile_driver.nodes.psd_node import PsdNode
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode

@@ -10,6 +10,7 @@ import serial
 from emulated import CountingArray, CountingFinger, frames, samples
 from fault_rig import ERROR, OK, PATIENCE, WARN, stamps
 from sensor_msgs.msg import Image
+
 from tactile_driver.emulators import CORRUPTIONS
 from tactile_driver.nodes.psd_node import PsdNode
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode

@@ -20,10 +20,11 @@ sys.path[:0] = [str(HERE.parent / 'faults'), str(HERE.parents[1] / 'tactile_driv
 
 import numpy as np  # noqa: E402
 import rclpy  # noqa: E402
-from rclpy.parameter import Parameter  # noqa: E402
 from emulated import frames, samples  # noqa: E402
 from fault_rig import ERROR, OK, WARN, Ear, Runner, host  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
+
 from tactile_driver.camera.device import find_device, list_devices  # noqa: E402
 from tactile_driver.camera.v4l2 import VideoNode  # noqa: E402
 from tactile_driver.nodes.camera_node import CameraNode  # noqa: E402

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from emulated import CountingArray, CountingFinger
+
 from tactile_driver.emulators import CORRUPTIONS
 
 HERE = Path(__file__).resolve().parent

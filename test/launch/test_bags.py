@@ -4,16 +4,18 @@
 import os
 from pathlib import Path
 
-from ament_index_python.packages import get_package_share_directory
 import cv2
-from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
 import rclpy
+from ament_index_python.packages import get_package_share_directory
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
+from waiting import until
+
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from tactile_driver.nodes.camera_node import CameraNode
@@ -27,7 +29,6 @@ from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contacts, DotTracks
 from tactile_perception.bags.replay import Replay
 from tactile_perception.tools.process_bag import process_bag
-from waiting import until
 
 FRAMES = 12
 # sensor type: writer of a scene, a scene with contact, rate in Hz

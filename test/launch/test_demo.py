@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_share_directory
+
 from tactile_bringup.launch.demo import type_of
 
 

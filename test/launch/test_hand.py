@@ -9,8 +9,9 @@ import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from tactile_msgs.msg import ContactRegion, Contacts
 from tf2_msgs.msg import TFMessage
+
+from tactile_msgs.msg import ContactRegion, Contacts
 
 HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'xyz': [0.1, 0.0, 0.0], 'rate': 50},
                     {'name': 'tip', 'type': 'psd_finger', 'parent': 'left_pad', 'rate': 500}]}

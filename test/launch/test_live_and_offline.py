@@ -9,6 +9,8 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rosidl_runtime_py.utilities import get_message
 from sensor_msgs.msg import CompressedImage
+from waiting import until
+
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from tactile_driver.nodes.messages.images import image_to_array
@@ -18,7 +20,6 @@ from tactile_driver.recordings.writer import write_messages
 from tactile_perception.bags.replay import Replay
 from tactile_perception.node import make_node
 from tactile_perception.sensor_type import SENSOR_TYPES
-from waiting import until
 
 # sensor type: writer of a scene, the scene, rate in Hz, number of raw messages
 SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24),

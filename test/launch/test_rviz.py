@@ -15,11 +15,12 @@ import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from sensor_msgs.msg import Image
+from visualization_msgs.msg import MarkerArray
+from waiting import until
+
 from tactile_bringup.hand.configurations import moved_file, rviz_configuration
 from tactile_bringup.hand.description import read_hand
 from tactile_msgs.msg import Contacts
-from visualization_msgs.msg import MarkerArray
-from waiting import until
 
 MISSING = [name for name in ('rviz2', 'Xvfb', 'xdotool', 'import') if shutil.which(name) is None]
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=f'not installed: {", ".join(MISSING)}')]

@@ -11,9 +11,10 @@ from ament_index_python.packages import get_package_share_directory
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from visualization_msgs.msg import MarkerArray
+
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
-from visualization_msgs.msg import MarkerArray
 
 SPACE = 'left/pad'
 DOTS = {'dots': DotTracks, 'contacts': Contacts, 'contact_region': ContactRegion, 'wrench': WrenchStamped, 'points': PointCloud2}

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 from judged import touchpad_parameters
 from sensor_msgs.msg import CameraInfo
+
 from tactile_bringup import share
 from tactile_driver.frame import Frame, SampleBlock, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message, voltages_message

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import rig
 from rig import STEP_NS, contacts, duv, untouched, uv
+
 from tactile_perception.errors import BadFrame
 
 HEIGHT, WIDTH = 480, 640

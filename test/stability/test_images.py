@@ -4,12 +4,13 @@
 import copy
 
 import cv2
-from hypothesis import HealthCheck, given, settings, strategies as st
-from hypothesis.extra import numpy as arrays
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings, strategies as st
+from hypothesis.extra import numpy as arrays
 from rig import Chain, contacts, duv, untouched, uv
 from scipy.spatial import cKDTree
+
 from tactile_perception import DotTracker, detect_dots, index_dots
 from tactile_perception.errors import BadArgument, BadFrame, TactileError
 

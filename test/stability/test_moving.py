@@ -5,9 +5,10 @@ import dataclasses
 from functools import partial
 from pathlib import Path
 
-from judged import Case, calibrated, judge
 import numpy as np
 import pytest
+from judged import Case, calibrated, judge
+
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.scene.specimen import Script, Shutters, drag, one_after_the_other

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import rig
 from printed_dots import make_scene
+
 from tactile_perception import detect_dots, index_dots
 from tactile_perception.errors import TactileError
 

@@ -4,14 +4,14 @@
 numbers spoilt at random: a result on the sensor, none, or a named error; the next good message is processed as if there had been none."""
 import copy
 
-from hypothesis import HealthCheck, assume, given, settings, strategies as st
 import numpy as np
 import pytest
 import rig
+from hypothesis import HealthCheck, assume, given, settings, strategies as st
+
 from tactile_perception.clock import StampClock
-from tactile_perception.common.geometry import rotation_matrix, rotation_vector
+from tactile_perception.common.geometry import error_angle, rotation_matrix, rotation_vector
 from tactile_perception.errors import BadFrame, TactileError
-from tactile_perception.common.geometry import error_angle
 from tactile_perception.finger.map import direction, exp_map, log_map
 from tactile_perception.touchpad.pose import fit_rigid
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import rig
 from rig import contacts, duv, untouched, uv
+
 from tactile_driver.simulation.optics.light import Lighting
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad

@@ -3,8 +3,8 @@
 """Any bytes from a serial port: no exception, no false sample, and the second frame after the damage is received."""
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
+
 from tactile_driver.serial.frames import MATRIX, SAMPLES, BinaryReader, CountFrame, LineReader, write_frame, write_line
 
 FEW = settings(derandomize=True, database=None, deadline=None, max_examples=120, suppress_health_check=list(HealthCheck))

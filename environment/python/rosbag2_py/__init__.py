@@ -5,14 +5,36 @@
 It reads and writes MCAP, by the library mcap, and sqlite3, compressed by rosbag2 or not. A failure is a RuntimeError, as there. What needs
 rosbag2's C++ nodes, playing, recording and rewriting, raises NeedsRosbag2, also a RuntimeError.
 """
-from ._storage import (BagMetadata, CompressionMode, CompressionOptions, ConverterOptions, FileInformation, MessageDefinition, MetadataIo,
-                       NeedsRosbag2, ReadOrder, ReadOrderSortBy, StorageFilter, StorageOptions, TopicInformation, TopicMetadata,
-                       compression_mode_from_string, compression_mode_to_string, convert_rclcpp_qos_to_rclpy_qos, get_default_storage_id,
-                       to_rclcpp_qos_vector)
 from ._definitions import LocalMessageDefinitionSource
 from ._reader import Info, Reindexer, SequentialCompressionReader, SequentialReader, get_registered_readers
-from ._writer import (SequentialCompressionWriter, SequentialWriter, get_registered_compressors, get_registered_serializers,
-                      get_registered_writers)
+from ._storage import (
+    BagMetadata,
+    CompressionMode,
+    CompressionOptions,
+    ConverterOptions,
+    FileInformation,
+    MessageDefinition,
+    MetadataIo,
+    NeedsRosbag2,
+    ReadOrder,
+    ReadOrderSortBy,
+    StorageFilter,
+    StorageOptions,
+    TopicInformation,
+    TopicMetadata,
+    compression_mode_from_string,
+    compression_mode_to_string,
+    convert_rclcpp_qos_to_rclpy_qos,
+    get_default_storage_id,
+    to_rclcpp_qos_vector,
+)
+from ._writer import (
+    SequentialCompressionWriter,
+    SequentialWriter,
+    get_registered_compressors,
+    get_registered_serializers,
+    get_registered_writers,
+)
 
 
 def _refused(name: str) -> type:

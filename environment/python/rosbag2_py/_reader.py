@@ -14,8 +14,22 @@ from rclpy.duration import Duration
 from rclpy.time import Time
 
 from ._files import FILES, McapFile, SqliteFile, Stored
-from ._storage import (STORAGES, BagMetadata, ConverterOptions, MessageDefinition, MetadataIo, NeedsRosbag2, ReadOrder, ReadOrderSortBy,
-                       StorageFilter, StorageOptions, TopicInformation, TopicMetadata, check, takes)
+from ._storage import (
+    STORAGES,
+    BagMetadata,
+    ConverterOptions,
+    MessageDefinition,
+    MetadataIo,
+    NeedsRosbag2,
+    ReadOrder,
+    ReadOrderSortBy,
+    StorageFilter,
+    StorageOptions,
+    TopicInformation,
+    TopicMetadata,
+    check,
+    takes,
+)
 
 _PACKED = '.zstd'
 

@@ -13,8 +13,22 @@ from rclpy.time import Time
 
 from ._definitions import LocalMessageDefinitionSource
 from ._files import OUTPUTS
-from ._storage import (STORAGES, BagMetadata, CompressionMode, CompressionOptions, ConverterOptions, FileInformation, MessageDefinition,
-                       MetadataIo, NeedsRosbag2, StorageOptions, TopicInformation, TopicMetadata, check, get_default_storage_id)
+from ._storage import (
+    STORAGES,
+    BagMetadata,
+    CompressionMode,
+    CompressionOptions,
+    ConverterOptions,
+    FileInformation,
+    MessageDefinition,
+    MetadataIo,
+    NeedsRosbag2,
+    StorageOptions,
+    TopicInformation,
+    TopicMetadata,
+    check,
+    get_default_storage_id,
+)
 
 
 def get_registered_writers() -> set[str]:

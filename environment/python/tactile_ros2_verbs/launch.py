@@ -6,8 +6,8 @@ import pathlib
 import signal
 import sys
 
-from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
-from launch import LaunchContext, LaunchDescription, launch_service, LaunchService
+from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+from launch import LaunchContext, LaunchDescription, LaunchService, launch_service
 from launch.actions import IncludeLaunchDescription, RegisterEventHandler
 from launch.event_handlers import OnProcessExit, OnShutdown
 from launch.launch_description_sources import AnyLaunchDescriptionSource

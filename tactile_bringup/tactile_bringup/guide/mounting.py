@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from tactile_driver.errors import BadArgument
 from tactile_perception.common.geometry import rotation_matrix, rotation_vector
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_msgs.msg import DotTracks, PsdVoltages
 from tactile_perception.bags.replay import make_stage

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from tactile_driver.errors import BadArgument
 from tactile_perception.bags.replay import read_sensor_type
 from tactile_perception.common.marker_sensor import MarkerSensor, first_touch_height

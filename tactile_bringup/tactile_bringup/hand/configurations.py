@@ -14,11 +14,12 @@ from pathlib import Path
 import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
+
 from tactile_driver.errors import tells_errors
 
-from .description import Hand, HandSensor, read_hand
 from .. import share
 from ..sensor_files import rviz_file
+from .description import Hand, HandSensor, read_hand
 
 _AROUND, _AWAY = 0.1, 1.2  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
 _HEIGHT, _WIDTH, _DOCK_HEIGHT, _DISPLAYS_WIDTH, _PICTURES_WIDTH = 960, 1600, 860, 260, 330  # px, of RViz's window and its parts

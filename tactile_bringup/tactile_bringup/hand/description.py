@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import yaml
-from tactile_driver.errors import BadArgument
 
+from tactile_driver.errors import BadArgument
 from tactile_perception.sensor_type import SENSOR_TYPES
 
 #: Launch arguments of a sensor with the same names; the first two are paths.

@@ -20,6 +20,7 @@ from launch.events.process import ProcessExited
 from launch.logging import launch_config
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.runtime.run import WRONG

@@ -6,6 +6,7 @@ from __future__ import annotations
 from launch import LaunchDescription
 from launch.actions import Shutdown
 from launch_ros.actions import Node
+
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame_names import sensor_frame
 from tactile_perception.sensor_type import SENSOR_TYPES

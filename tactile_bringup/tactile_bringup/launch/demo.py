@@ -8,6 +8,7 @@ from pathlib import Path
 from launch import LaunchDescription
 from launch.actions import Shutdown
 from launch_ros.actions import Node
+
 from tactile_driver.sources.array_file import ARRAY_ENDINGS
 from tactile_perception.sensor_type import SENSOR_TYPES
 

@@ -7,14 +7,26 @@ from pathlib import Path
 
 from launch import LaunchDescription
 from launch.actions import LogInfo
+
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_perception.sensor_type import SENSOR_TYPES
 
+from .. import share
 from ..hand.configurations import aggregator_configuration, rviz_configuration, text_parameters
 from ..hand.description import Hand, HandSensor, read_hand
-from .. import share
 from .arguments import (
-    Playing, SensorPlan, Texts, check_choices, description, hand_frames, optional, processes, sensor_arguments, sensor_plan, written)
+    Playing,
+    SensorPlan,
+    Texts,
+    check_choices,
+    description,
+    hand_frames,
+    optional,
+    processes,
+    sensor_arguments,
+    sensor_plan,
+    written,
+)
 
 _BOOLEANS = ('true', 'false')
 _CHOICES = {'source': ('sim', 'device', 'bag'), 'composed': _BOOLEANS, 'stay': _BOOLEANS, 'rviz': _BOOLEANS, 'aggregator': _BOOLEANS}

@@ -9,7 +9,6 @@ from pathlib import Path
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import COMPRESSED
 from tactile_driver.recordings.reader import BagReader, recorded_description
-
 from tactile_perception.sensor_type import SENSOR_TYPES
 
 

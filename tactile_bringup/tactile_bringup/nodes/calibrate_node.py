@@ -19,6 +19,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
 from tactile_driver.camera.pairs import NAMES, Pairer
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import Frame
@@ -35,13 +37,19 @@ from tactile_driver.recordings.writer import write_messages
 from tactile_msgs.msg import Contact, Contacts, PsdVoltages
 from tactile_perception.bags.replay import read_sensor_type
 from tactile_perception.common.geometry import (
-    FrameTree, Pose, matrix_of_quaternion, quaternion, rotation_matrix, rotation_vector, wrench_at)
+    FrameTree,
+    Pose,
+    matrix_of_quaternion,
+    quaternion,
+    rotation_matrix,
+    rotation_vector,
+    wrench_at,
+)
 from tactile_perception.errors import BadFrame
 from tactile_perception.nodes.messages.conversions import wrench_to_message
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.sensor_type import SENSOR_TYPES, SensorType
 from tactile_perception.tools.calibrate import main as calibrate
-from tf2_msgs.msg import TFMessage
 
 from ..guide.loads import Loads
 from ..guide.mounting import Holes, Mounting, Touches, fit_mounting

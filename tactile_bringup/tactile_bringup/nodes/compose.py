@@ -11,6 +11,7 @@ from threading import RLock
 
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
+
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 from tactile_driver.nodes.runtime.run import exit_process, run_nodes

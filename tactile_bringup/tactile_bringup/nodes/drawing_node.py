@@ -16,6 +16,9 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns_of, static_transform
@@ -30,13 +33,20 @@ from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import Contacts, DotTracks
 from tactile_perception.nodes.messages.conversions import RESULTS, camera_matrices, check_message, stamp_seconds
 from tactile_perception.work_log import WorkLog
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 from ..parameters.table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
 from ..visualization.markers import STALE_S, DotMarkers, FingerMarkers, MarkerSet, TaxelMarkers, positions_of
 from ..visualization.pictures import (
-    ARRAY_LEGEND, Place, annotate, annotation_of, array_picture, camera_info_key, finger_picture, plane_projection, projection)
+    ARRAY_LEGEND,
+    Place,
+    annotate,
+    annotation_of,
+    array_picture,
+    camera_info_key,
+    finger_picture,
+    plane_projection,
+    projection,
+)
 
 _BACK_NS, _SILENT_NS = 1_000_000_000, 2_000_000_000  # chosen
 _MOST_SETS = 30  # that wait; chosen

@@ -6,6 +6,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from rclpy.node import Node
+from tf2_msgs.msg import TFMessage
+
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.conversions import static_transform
 from tactile_driver.nodes.runtime.defect_guard import guard_services
@@ -14,7 +16,6 @@ from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.runtime.run import process_of
-from tf2_msgs.msg import TFMessage
 
 from ..hand.description import read_hand
 from ..parameters.table import HAND_FRAMES_PARAMETERS

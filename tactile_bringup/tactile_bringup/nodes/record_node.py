@@ -12,13 +12,16 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, JointState, TimeReference
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import message_type
-from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, LogOnce, NodeDiagnostics, common_values
+from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.nodes.runtime.run import process_of
@@ -26,8 +29,6 @@ from tactile_driver.recordings.serialization import type_name_of
 from tactile_driver.recordings.writer import AT_ONCE, BagWriter, recorded_qos
 from tactile_msgs.msg import DotTracks, PsdVoltages
 from tactile_perception.nodes.messages.conversions import RESULTS
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 from ..parameters.table import RECORD_PARAMETERS
 

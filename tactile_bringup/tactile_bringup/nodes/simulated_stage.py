@@ -8,12 +8,13 @@ from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.node import Node
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+
 from tactile_driver.nodes.messages.conversions import static_transform
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.runtime.run import process_of
 from tactile_msgs.msg import Contacts
 from tactile_perception.nodes.messages.conversions import wrench_to_message
-from tf2_msgs.msg import TFMessage
 
 BASE, PROBE, FORCE = 'stage_base', 'stage_tip', 'stage_force'
 #: of the sensor in BASE: position, m, and rotation vector, rad; chosen, so that a frame that is taken for another one is seen

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from tactile_perception.tools.judged_bag import JudgedBag
+
 from tactile_perception.evaluation.evaluation import Instant
 from tactile_perception.parameters.file import write_parameters
+from tactile_perception.tools.judged_bag import JudgedBag
 
 from .. import share
 from ..simulate.bags import write_psd_scene, write_scene, write_taxel_scene

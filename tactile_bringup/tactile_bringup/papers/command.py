@@ -19,6 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cv2
+
 from tactile_driver.errors import tells_errors
 from tactile_perception.common.progress import in_parallel
 

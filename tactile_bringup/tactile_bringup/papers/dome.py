@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 from scipy.spatial import cKDTree
+
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode

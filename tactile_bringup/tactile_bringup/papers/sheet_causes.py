@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+
 from tactile_driver.simulation.sensors.scenes import open_dual_scene
 from tactile_driver.simulation.truth import TruthFrame
 from tactile_perception.bags.stitched_bag import stitching_in
@@ -18,8 +19,24 @@ from tactile_perception.press.published import PaperTouch, calibrate_paper, grid
 from tactile_perception.press.tools import PressReader
 
 from .bench import Bench, Detail, mean, reported
-from .sheets import (BELL, DUAL, JOINT, PAPER, RATE, SINGLE, THIN, TILT, Press, errors, is_pressed, location, means, presses, published,
-                     ratios)
+from .sheets import (
+    BELL,
+    DUAL,
+    JOINT,
+    PAPER,
+    RATE,
+    SINGLE,
+    THIN,
+    TILT,
+    Press,
+    errors,
+    is_pressed,
+    location,
+    means,
+    presses,
+    published,
+    ratios,
+)
 
 #: Links of the published method's chain, one of which is exchanged for ours at a time.
 _LINKS = {'as published': {}, 'markers numbered as ours': {'numbering': 'lattice'}, 'markers found as ours': {'detection': 'blobs'}}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.common.estimates import ContactRegionEstimate
 from tactile_perception.common.geometry import matrix_of_quaternion

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
 from tactile_driver.nodes.messages.conversions import quaternion_of, static_transform
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.taxel.held import HeldScene, open_held_scene
-from tf2_msgs.msg import TFMessage
 
 from ..simulate.bags import write_taxel_scene
 from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped

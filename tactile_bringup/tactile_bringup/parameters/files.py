@@ -9,16 +9,17 @@ from dataclasses import replace
 from pathlib import Path
 
 from scipy.spatial.transform import Rotation
+
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, DUAL_CAMERA_PARAMETERS, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 from tactile_driver.simulation.sensors import gel
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.taxel.pad import PadSpecimen
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.dots.parameters import DOT_SENSOR_PARAMETERS
 from tactile_perception.finger.parameters import PSD_SENSOR_PARAMETERS
 from tactile_perception.gel.parameters import GEL_SENSOR_PARAMETERS, PINS_SENSOR_PARAMETERS
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS
-from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 from tactile_perception.taxel.parameters import TAXEL_SENSOR_PARAMETERS
 from tactile_perception.touchpad.parameters import TOUCHPAD_SENSOR_PARAMETERS

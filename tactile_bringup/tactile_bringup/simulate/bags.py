@@ -13,12 +13,20 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+
 from tactile_driver.camera.pairs import NAMES
 from tactile_driver.errors import by_name, tells_errors
 from tactile_driver.frame import Frame, SampleBlock, pinhole_calibration
 from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import (
-    calibration_to_message, camera_transforms, header_of, image_to_message, instants, static_transform, voltages_message)
+    calibration_to_message,
+    camera_transforms,
+    header_of,
+    image_to_message,
+    instants,
+    static_transform,
+    voltages_message,
+)
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, recorded_truth
 from tactile_driver.recordings.writer import write_messages
 from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene

@@ -13,16 +13,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tactile_perception.calibration.files.format import read_calibration, write_calibration
-from tactile_perception.press.calibration import METHODS, best_method
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
-from tactile_perception.press.tools import calibrate_markers
-from tactile_perception.gel.tools import calibrate_pins
 from tactile_perception.finger.tools import calibrate_psd
+from tactile_perception.gel.tools import calibrate_pins
+from tactile_perception.press.calibration import METHODS, best_method
+from tactile_perception.press.tools import calibrate_markers
 from tactile_perception.taxel.tools import calibrate_taxels
 
-from .bags import write_psd_scene, write_scene, write_taxel_scene
 from .. import share
 from ..parameters.files import LICENCE
+from .bags import write_psd_scene, write_scene, write_taxel_scene
 
 # Sensor type -> calibration, scene writer, scene, rate in Hz (3 Hz gives sheets and dome two to four frames per depth).
 SPECIMENS = {**{name: (calibrate_markers, write_scene, f'{name}_calibration', 3.0) for name in MARKER_SENSORS},

@@ -11,10 +11,11 @@ from geometry_msgs.msg import Point, Quaternion, Vector3
 from rclpy.duration import Duration
 from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
 from tactile_perception.common.geometry import Cap
-from visualization_msgs.msg import Marker, MarkerArray
 
 from . import pictures as colours
 from .pictures import array_of, states_of, touch_words

@@ -10,6 +10,7 @@ from functools import partial
 import cv2
 import numpy as np
 from sensor_msgs.msg import CameraInfo
+
 from tactile_driver.stitching.calibration import Stitching
 from tactile_msgs.msg import ContactRegion, DotTracks, Slip
 from tactile_perception.common.camera import CameraModel

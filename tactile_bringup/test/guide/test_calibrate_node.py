@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from guided_lab import SHARE, Lab
 from scipy.spatial.transform import Rotation
+
 from tactile_bringup.hand.description import read_hand
 from tactile_bringup.nodes.simulated_stage import MOUNTING
 from tactile_bringup.simulate.bags import camera_messages, psd_messages, taxel_messages

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+
 from tactile_bringup.guide.loads import Loads
 from tactile_bringup.guide.mounting import Holes, Touch, Touches, fit_mounting
 from tactile_bringup.guide.session import Sample, Session

@@ -10,6 +10,7 @@ import rclpy
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from guided_lab import Lab
 from sensor_msgs.msg import CameraInfo
+
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, point
 

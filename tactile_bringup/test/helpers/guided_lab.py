@@ -5,10 +5,11 @@ import rclpy
 from ament_index_python.packages import get_package_share_directory
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
+from waiting import until
+
 from tactile_bringup.nodes.calibrate_node import CalibrateNode
 from tactile_bringup.nodes.simulated_stage import BASE, MOUNTING, PROBE, SimulatedStage
 from tactile_perception.sensor_type import SENSOR_TYPES
-from waiting import until
 
 SHARE = get_package_share_directory('tactile_bringup')
 TIPS = {'touchpad': 0.008, 'air_cushion': 0.030}

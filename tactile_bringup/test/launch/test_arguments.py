@@ -5,21 +5,33 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
+import pytest
+import yaml
 from launch import LaunchContext
 from launch.actions import LogInfo, Shutdown
 from launch_ros.actions import Node
-import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
+
+from tactile_bringup import share
 from tactile_bringup.hand.configurations import main
 from tactile_bringup.hand.description import HandSensor, read_hand
-from tactile_bringup import share
 from tactile_bringup.launch import arguments as module, recorded
 from tactile_bringup.launch.arguments import (
-    Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, processes, sensor_actions, sensor_arguments, sensor_plan,
-    values_of)
+    Playing,
+    SensorPlan,
+    check,
+    completed,
+    driver_parameters,
+    end_if_wrong,
+    processes,
+    sensor_actions,
+    sensor_arguments,
+    sensor_plan,
+    values_of,
+)
 from tactile_bringup.launch.hand import hand_actions, hand_arguments, planned_sensor, sensor_values
 from tactile_bringup.launch.recorded import bag_of, recorded_topics
 from tactile_driver.errors import BadArgument, BadRecording
@@ -27,7 +39,6 @@ from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.sensor_type import SENSOR_TYPES
-import yaml
 
 SOURCES = ('sim', 'device', 'file', 'bag')
 

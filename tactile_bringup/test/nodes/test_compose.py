@@ -8,6 +8,8 @@ import pytest
 import rclpy
 from ament_index_python.packages import get_package_share_directory
 from rclpy.executors import SingleThreadedExecutor
+from watching import Watcher
+
 from tactile_bringup.nodes.compose import made
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.errors import BadArgument
@@ -16,7 +18,6 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import ContactRegion
 from tactile_perception.tools import process_bag
-from watching import Watcher
 
 
 @pytest.mark.parametrize(('names', 'reported'), [(['camera_node', 'x'], "'x'.*camera_node"),

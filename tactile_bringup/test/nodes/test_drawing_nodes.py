@@ -10,6 +10,9 @@ from geometry_msgs.msg import Point32, Polygon
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
+
 from tactile_bringup.nodes.drawing_node import DrawingNode, MarkersNode, StampSync
 from tactile_bringup.visualization.pictures import REGION, bgr
 from tactile_driver.errors import BadArgument
@@ -21,8 +24,6 @@ from tactile_driver.parameters.table import Parameter
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.common.surface_points import SurfacePoints
 from tactile_perception.nodes.messages.conversions import points_to_message
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import Marker, MarkerArray
 
 MS = 1_000_000
 

@@ -5,10 +5,11 @@ import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from tf2_msgs.msg import TFMessage
+
 from tactile_bringup.nodes.hand_frames_node import HandFramesNode
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.host import Host
-from tf2_msgs.msg import TFMessage
 
 HAND = 'sensors:\n  - {name: left/thumb, type: touchpad, parent: palm, xyz: [0.1, 0.2, 0.3], quaternion: [0, 0.6, 0, 0.8]}\n' \
        '  - {name: index, type: psd_finger}\n'

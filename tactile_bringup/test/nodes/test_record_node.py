@@ -15,13 +15,14 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+from waiting import until
+
 from tactile_bringup.nodes.record_node import LiveBag, RecordNode
 from tactile_driver.errors import TactileError
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import DotTracks
-from tf2_msgs.msg import TFMessage
-from waiting import until
 
 SIZE = 100_000
 

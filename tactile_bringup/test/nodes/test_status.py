@@ -4,10 +4,12 @@
 
 import pytest
 from rclpy.node import Node
+from waiting import until
+
 from tactile_bringup.nodes import status
 from tactile_bringup.nodes.status import ERROR, OK, WARN, HandStatus, main
-from tactile_driver.nodes.runtime.diagnostics import ERROR as ERROR_status, OK as OK_status, Health, NodeDiagnostics, common_values
-from waiting import until
+from tactile_driver.nodes.runtime import diagnostics
+from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, common_values
 
 GOOD = {'state': 'running', 'rate (Hz)': '29.97', 'latency (ms)': '12.34', 'age (s)': '0.0213', 'dropped': '2', 'lost frames': '7'}
 
@@ -55,7 +57,7 @@ def test_a_sensor_of_which_nothing_is_heard_is_missing():
 @pytest.fixture
 def reporter(beside):
     """The health, which can be set, that a camera_node of the sensor thumb reports."""
-    health = [Health(OK_status, '30 Hz', common_values('running', 30.0, 0.01, 3))]
+    health = [Health(diagnostics.OK, '30 Hz', common_values('running', 30.0, 0.01, 3))]
 
     def camera(context):
         node = Node('camera_node', namespace='/thumb', context=context)
@@ -71,7 +73,7 @@ def test_once_for_a_script(reporter, capsys, monkeypatch):
     assert until(lambda: main(['--once']) == 0)
     rows = [line.split() for line in capsys.readouterr().out.splitlines() if ' camera_node ' in line]
     assert rows[-1] == ['thumb', 'camera_node', 'running', '30.0', '-', '0.01', '3', '-', 'ok']
-    reporter[0] = Health(ERROR_status, 'no frame for 3 s; check the cable', common_values('lost'))
+    reporter[0] = Health(diagnostics.ERROR, 'no frame for 3 s; check the cable', common_values('lost'))
     assert until(lambda: main(['--once']) == 1)
     assert 'thumb/camera_node: no frame for 3 s; check the cable' in capsys.readouterr().out
 

@@ -3,26 +3,34 @@
 """Markers, pictures, and the RViz files that show them."""
 import pathlib
 
-from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
 import numpy as np
 import pytest
+import yaml
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
+from visualization_msgs.msg import Marker
+
 from tactile_bringup.hand.configurations import moved_file, rviz_configuration, text_parameters
 from tactile_bringup.hand.description import Hand, HandSensor
 from tactile_bringup.visualization import pictures as colours
 from tactile_bringup.visualization.markers import DotMarkers, FingerMarkers, TaxelMarkers
 from tactile_bringup.visualization.pictures import (
-    ARRAY_LEGEND, Annotation, annotate, annotation_of, finger_picture, plane_projection, projection)
+    ARRAY_LEGEND,
+    Annotation,
+    annotate,
+    annotation_of,
+    finger_picture,
+    plane_projection,
+    projection,
+)
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.common.surface_points import SurfacePoints
 from tactile_perception.nodes.messages.conversions import camera_matrices, points_to_message
-from visualization_msgs.msg import Marker
-import yaml
 
 
 def circle(radius, n=60, z=0.0):

@@ -9,8 +9,8 @@ from collections import deque
 
 import numpy as np
 
-from .runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 from ..sources.capture import CaptureStatus
+from .runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 
 _RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of saturated samples that give a warning; chosen
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a frame that are an error; chosen

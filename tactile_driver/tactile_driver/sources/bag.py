@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import BadFrame, BadRecording
 from ..frame import CHANNELS, COMPRESSED, CameraCalibration, Frame, SampleBlock, calibration_of_info, frame_of, matrix_frame, sent_shape
 from ..nodes.messages.images import grey_to_array, image_to_array
-from ..recordings.reader import BagReader, COMPRESSED_IMAGE, RawMessage, RecordedTruth, recorded_description, truth_topics, with_truth
+from ..recordings.reader import COMPRESSED_IMAGE, BagReader, RawMessage, RecordedTruth, recorded_description, truth_topics, with_truth
 from ..recordings.serialization import decode
 from .source import NS, Clock, PlayedSource
 

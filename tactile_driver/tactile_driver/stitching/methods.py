@@ -11,9 +11,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .calibration import SideView, Stitching
 from ..errors import BadArgument, BadFrame, by_name
-
+from .calibration import SideView, Stitching
 
 _BAND = 64  # rows remapped at once, so that they stay in the processor's cache; chosen
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+
 from tactile_driver.camera import device
 from tactile_driver.camera.device import DeviceSource, FrameWatch, VideoDevice, find_device, list_devices
 from tactile_driver.camera.v4l2 import Control, Mode, chosen_format, limit_of, set_controls

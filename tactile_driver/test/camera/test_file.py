@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from fake_source import video_of
+
 from tactile_driver.camera import simulated
 from tactile_driver.camera.file import FileSource, TwoFilesSource
 from tactile_driver.camera.simulated import DualSimulatedSource, SimulatedSource

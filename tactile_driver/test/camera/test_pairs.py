@@ -9,14 +9,15 @@ from contextlib import suppress
 import cv2
 import numpy as np
 import pytest
+import yaml
 from stitchings import camera, stitching, view
-from tactile_driver.camera.pairs import LEFT, PairedSource, Pairer, RIGHT
+
+from tactile_driver.camera.pairs import LEFT, RIGHT, PairedSource, Pairer
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording, DeviceLost
 from tactile_driver.frame import CameraCalibration, Frame
 from tactile_driver.sources.source import EndOfSource, NothingYet, Source
 from tactile_driver.stitching.calibration import load_stitching, stitching_from_dict
 from tactile_driver.stitching.methods import MiddleStitcher, make_stitcher
-import yaml
 
 MS = 1_000_000
 PERIOD = 33_333_333

@@ -5,6 +5,7 @@ import time
 
 import cv2
 import numpy as np
+
 from tactile_driver.frame import Frame
 from tactile_driver.sources.source import EndOfSource, Source
 

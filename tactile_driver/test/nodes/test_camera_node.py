@@ -16,6 +16,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from sensor_msgs.srv import SetCameraInfo
 from std_msgs.msg import String
+from waiting import until
+from watching import ERROR, ended, stamps
+
 from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.frame import CameraCalibration, load_calibration
 from tactile_driver.nodes.camera_node import CameraNode
@@ -23,8 +26,6 @@ from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.sources.registry import CAMERA_SOURCES
-from waiting import until
-from watching import ERROR, ended, stamps
 
 
 @pytest.fixture

@@ -4,23 +4,24 @@
 import math
 from dataclasses import replace
 
-from diagnostic_msgs.msg import DiagnosticArray
-from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter as Parameter_defect, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
+from waiting import until
+
 from tactile_driver.nodes import health as module
 from tactile_driver.nodes.health import SampleMeter, capture_health, unconfigured_health
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
-from tactile_driver.nodes.runtime.diagnostics import ERROR, Health, LogOnce, NodeDiagnostics, OK, WARN
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.parameters.table import Parameter as Declared
 from tactile_driver.sources.capture import CaptureStatus
-from waiting import until
 
 
 def test_health_is_published(node):

@@ -15,6 +15,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 from sensor_msgs.msg import Image
+from waiting import until
+
 from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.nodes.driver_node import DriverNode
 from tactile_driver.nodes.messages.conversions import instants, stamp_ns_of
@@ -22,7 +24,6 @@ from tactile_driver.nodes.runtime.diagnostics import ERROR
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode
 from tactile_driver.parameters.table import Parameter
-from waiting import until
 
 BLOCKED_S = 1.0
 

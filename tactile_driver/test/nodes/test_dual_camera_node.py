@@ -12,14 +12,15 @@ from fake_source import FakeSource
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from stitchings import SIZE, stitching, view
+from watching import stamps
+
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame
 from tactile_driver.nodes.dual_camera_node import DualCameraNode
-from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, stamp_ns_of
+from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.sources.registry import DUAL_CAMERA_SOURCES
 from tactile_driver.sources.source import NothingYet
 from tactile_driver.stitching.methods import make_stitcher
-from watching import stamps
 
 
 def pair_of(size):

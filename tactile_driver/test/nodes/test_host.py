@@ -11,8 +11,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
-from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host, SharedPublisher
 from waiting import until
+
+from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host, SharedPublisher
 
 
 @pytest.fixture

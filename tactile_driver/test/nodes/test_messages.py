@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
+
 from tactile_driver.errors import BadFrame
 from tactile_driver.nodes.messages.conversions import camera_transforms, header_of
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, region_message

@@ -13,9 +13,10 @@ import pytest
 from rclpy.clock import ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from waiting import until
+
 from tactile_driver.nodes.runtime import run
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from waiting import until
 
 PROGRAM = """
 import sys
@@ -111,6 +112,7 @@ def test_without_one_the_profile_is_used_and_exists(monkeypatch):
 
 def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made(capfd, monkeypatch):
     from rclpy.node import Node
+
     from tactile_driver.errors import BadArgument
     monkeypatch.setattr(run, '_call_on_signals', lambda _end: None)
     gone = []

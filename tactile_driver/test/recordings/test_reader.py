@@ -4,19 +4,20 @@
 import math
 from types import SimpleNamespace
 
-from geometry_msgs.msg import Point32, Polygon
 import numpy as np
 import pytest
+import yaml
+from geometry_msgs.msg import Point32, Polygon
 from rclpy.qos import DurabilityPolicy, Duration, LivelinessPolicy, QoSProfile
 from rosbag2_py import ConverterOptions, SequentialWriter, StorageOptions, TopicMetadata
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
+
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording
 from tactile_driver.recordings.reader import BagReader, LeftOut, descriptions, recorded_description, truth_topics, with_truth
 from tactile_driver.recordings.serialization import decode, encode, type_hash, type_name_of, unusable
 from tactile_driver.recordings.writer import BagWriter, recorded_qos, usual_qos, write_messages
 from tactile_msgs.msg import ContactRegion, DotTracks, Slip
-import yaml
 
 TYPE = 'std_msgs/msg/String'
 

@@ -10,20 +10,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from waiting import until
+
 from tactile_driver.errors import BadArgument, BadRecording, DeviceLost
+from tactile_driver.frame import SampleBlock
 from tactile_driver.parameters.drivers import PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import defaults
-from tactile_driver.frame import SampleBlock
 from tactile_driver.serial import port as serial_port
 from tactile_driver.serial.clock import DeviceClock, SampleAssembler
-from tactile_driver.serial.frames import BinaryReader, CountFrame, END, LineReader, MATRIX, SAMPLES, frame_size, write_frame, write_line
+from tactile_driver.serial.frames import END, MATRIX, SAMPLES, BinaryReader, CountFrame, LineReader, frame_size, write_frame, write_line
 from tactile_driver.serial.port import SerialSource, find_port
 from tactile_driver.serial.psd import Demodulator, PsdSerialSource
 from tactile_driver.serial.taxel import TaxelFileSource
 from tactile_driver.sources import source as pacing
 from tactile_driver.sources.array_file import read_array_file
 from tactile_driver.sources.source import EndOfSource, NothingYet
-from waiting import until
 
 PORTS = [SimpleNamespace(device='/dev/ttyUSB0', description='FT232R', serial_number='A901'),
          SimpleNamespace(device='/dev/ttyUSB1', description='FT232R', serial_number='A902')]

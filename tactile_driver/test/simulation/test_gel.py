@@ -3,6 +3,7 @@
 """The simulated gel against what is known of elastic contact, and its scenes."""
 import numpy as np
 import pytest
+
 from tactile_driver.simulation.gel.contact import GelContact, Indenter
 from tactile_driver.simulation.gel.elements import Material
 from tactile_driver.simulation.sensors.scenes import open_scene

@@ -3,6 +3,7 @@
 """A bar that two fingers hold: each pad carries half of the weight, and of its moment."""
 import numpy as np
 import pytest
+
 from tactile_driver.errors import BadArgument
 from tactile_driver.simulation.taxel.held import HELD_SCENES, HeldKey, HeldScene, HeldScript, open_held_scene
 

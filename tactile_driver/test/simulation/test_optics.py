@@ -7,10 +7,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from tactile_driver.simulation.optics.light import Lamps
+
+from tactile_driver.simulation.optics.light import Lamps, Lighting
 from tactile_driver.simulation.optics.pattern import LargeDots
 from tactile_driver.simulation.optics.rendering import Imaging, Renderer
-from tactile_driver.simulation.optics.light import Lighting
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
 

@@ -6,9 +6,10 @@ from functools import partial
 
 import numpy as np
 import pytest
+
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.scene.observe import Observer, SLIP_SPEED, find_region
-from tactile_driver.simulation.scene.specimen import Script, Shutters, UNTOUCHED, one_after_the_other, press
+from tactile_driver.simulation.scene.observe import SLIP_SPEED, Observer, find_region
+from tactile_driver.simulation.scene.specimen import UNTOUCHED, Script, Shutters, one_after_the_other, press
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.areal_dual import areal_dual
@@ -16,8 +17,8 @@ from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, op
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.skin.contact import FrictionalContact
 from tactile_driver.simulation.skin.surfaces import Membrane
-from tactile_driver.simulation.skin.tools import Key, Motion, TOOLS
-from tactile_driver.simulation.truth import GROSS, INCIPIENT, NON_CONTACT, NO_SLIP, SLIPPING, STICKING
+from tactile_driver.simulation.skin.tools import TOOLS, Key, Motion
+from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, NON_CONTACT, SLIPPING, STICKING
 
 
 @pytest.fixture(scope='module')

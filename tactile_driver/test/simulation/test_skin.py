@@ -4,9 +4,10 @@
 
 import numpy as np
 import pytest
+
 from tactile_driver.simulation.skin.contact import FrictionalContact
 from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
-from tactile_driver.simulation.skin.tools import Key, Motion, TOOLS, attitude
+from tactile_driver.simulation.skin.tools import TOOLS, Key, Motion, attitude
 
 
 @pytest.fixture(scope='module')

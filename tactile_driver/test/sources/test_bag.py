@@ -11,6 +11,7 @@ from builtin_interfaces.msg import Time
 from rosbag2_py import ConverterOptions, SequentialWriter, StorageOptions, TopicMetadata
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
+
 from tactile_driver.errors import BadFrame, BadRecording
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.recordings.serialization import encode, type_name_of

@@ -5,9 +5,11 @@ import threading
 import time
 from types import SimpleNamespace
 
-from fake_source import FakeSource, frame
 import numpy as np
 import pytest
+from fake_source import FakeSource, frame
+from waiting import until
+
 from tactile_driver.camera.file import TwoFilesSource
 from tactile_driver.camera.pairs import PairedSource
 from tactile_driver.camera.simulated import DualSimulatedSource
@@ -17,8 +19,7 @@ from tactile_driver.parameters.table import defaults
 from tactile_driver.sources import capture as capture_module, source as pacing
 from tactile_driver.sources.capture import Capture, FrameQueue
 from tactile_driver.sources.registry import CAMERA_SOURCES, DUAL_CAMERA_SOURCES, PSD_SOURCES, TAXEL_SOURCES, make_source
-from tactile_driver.sources.source import EndOfSource, EvenPace, NS, PlayedSource, SceneSource, stamp_of
-from waiting import until
+from tactile_driver.sources.source import NS, EndOfSource, EvenPace, PlayedSource, SceneSource, stamp_of
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from sensor_msgs.msg import CameraInfo
+
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import TRUTH_TYPES, BagReader, LeftOut, RawMessage, recorded_frame
 from tactile_driver.recordings.serialization import decode, type_name_of, unusable

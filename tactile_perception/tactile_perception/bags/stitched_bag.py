@@ -7,14 +7,20 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+from tactile_driver.camera.pairs import Pairer
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame, as_encoding
 from tactile_driver.frame_names import stitched_frame
-from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, frame_of_message, header_of,
-                                                       image_to_message, right_time_message)
+from tactile_driver.nodes.messages.conversions import (
+    RIGHT_TIME,
+    calibration_to_message,
+    frame_of_message,
+    header_of,
+    image_to_message,
+    right_time_message,
+)
 from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode, encode
-from tactile_driver.camera.pairs import Pairer
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 from tactile_driver.stitching.methods import make_stitcher
 

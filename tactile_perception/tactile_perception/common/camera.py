@@ -9,6 +9,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+
 from tactile_driver.lens import farthest_square
 from tactile_perception._core import camera_rays
 

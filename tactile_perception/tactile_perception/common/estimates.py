@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-
 OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
 _UNKNOWN = np.full(4, np.nan)
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .geometry import Cap
 from ..errors import BadArgument
+from .geometry import Cap
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ import numpy as np
 from .. import _core
 from ..errors import BadArgument
 
-
 _STRAIGHT_LAYERS = 2  # dots beyond the last known one that are extrapolated linearly; farther ones take means. Chosen
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .surface import grid_normals
 from ..errors import BadArgument
+from .surface import grid_normals
 
 NON_CONTACT, STICKING, SLIPPING, UNKNOWN = 0, 1, 2, 255
 _NEIGHBOURS = 8  # of a dot on a grid

@@ -14,8 +14,21 @@ import scipy
 from ..common.dots import Dots
 from ..common.statistics import robust_sigma
 from ..errors import BadFrame
-from .look import (DARKEST, LARGEST_FITTED, MIN_DOTS, OVERLAP, Pattern, describe_dots, discs_at, find_pattern,
-                   find_peaks, merge, select_channel, shrink, without_doubles)
+from .look import (
+    DARKEST,
+    LARGEST_FITTED,
+    MIN_DOTS,
+    OVERLAP,
+    Pattern,
+    describe_dots,
+    discs_at,
+    find_pattern,
+    find_peaks,
+    merge,
+    select_channel,
+    shrink,
+    without_doubles,
+)
 
 _CONTRAST_SIGMAS = 5.0  # of the contrasts about those of their neighbours, within which a dot is one of them
 _CONTRAST_RANGE = 0.3, 0.8  # logarithm of a contrast over its neighbours', allowed to a disc that no fit confirms, and to a fitted dot

@@ -16,7 +16,7 @@ from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame, by_name
 from .auto import measure_any
 from .fit import DiscModel
-from .look import Look, MIN_CONTRAST, measure_look, select_channel, shrink
+from .look import MIN_CONTRAST, Look, measure_look, select_channel, shrink
 from .published import PaperArealDetector, PaperCushionDetector, PaperDetector
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}

@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple
 
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
+
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_msgs.msg import DotTracks as DotTracksMessage
 

@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
+
 from tactile_msgs.msg import Contacts, PsdVoltages
 
 from ..errors import BadFrame

@@ -11,11 +11,12 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
+
+from tactile_driver.frame import SampleBlock
 from tactile_driver.nodes.messages.conversions import header_of, instants, static_transform, voltages_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_driver.frame import SampleBlock
 from tactile_driver.simulation.truth import Touch
 
 from ..bags.stamped import TRUTH, VOLTAGES, find_prefix

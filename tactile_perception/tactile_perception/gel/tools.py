@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+
 from tactile_driver.nodes.messages.images import image_to_array
 
 from ..bags.stamped import TRUTH, pairs_of

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import yaml
+
 from tactile_driver.parameters.table import Parameter, defaults
 
 from ..errors import BadArgument
-
 
 _MERGED = 'dot_tracker_node', 'contact_region_node', 'contact_point_node'
 

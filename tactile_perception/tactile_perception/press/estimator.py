@@ -14,6 +14,7 @@ from ..common.contact_tracker import goes_on
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.geometry import tangents
+from ..common.marker_sensor import MarkerSensor, dome_cap, rest_points
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..errors import BadArgument, BadFrame
@@ -23,7 +24,6 @@ from .field import MarkerField, RestMarkers
 from .methods import make_method
 from .parameters import AUTO
 from .published import ContactFilter
-from ..common.marker_sensor import MarkerSensor, dome_cap, rest_points
 
 FASTEST = 0.5  # m/s, of a touch that goes on. Chosen: a hand that reaches
 SIGMAS = 4.0   # standard deviations by which two estimates of one touch differ at most. Chosen

@@ -10,15 +10,17 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+
 from tactile_driver.lens import farthest_square
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 
 from .. import _core
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
+from ..common.marker_sensor import MarkerSensor
 from ..dots.reference import CalibratedRest
 from ..errors import BadArgument, BadFrame
-from ..common.marker_sensor import MarkerSensor
+
 
 @dataclass(frozen=True)
 class MarkerField:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
+from ..common.marker_sensor import MarkerSensor
 from ..errors import BadArgument
 from .calibration import restored, stored
 from .dome.calibration import calibrate_dome
@@ -13,7 +14,6 @@ from .dome.model import DomeCalibration, DomeModelMethod
 from .estimate import TouchMethod
 from .presses import Presses
 from .published import CushionCalibration, PaperCalibration, PaperCushion, PaperTouch, calibrate_cushion, calibrate_paper
-from ..common.marker_sensor import MarkerSensor
 from .sheet.calibration import calibrate_sheet
 from .sheet.model import SheetCalibration, SheetModelMethod
 

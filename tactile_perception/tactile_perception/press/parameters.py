@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from ..common.marker_sensor import MARKER_SENSORS, MarkerSensor
 from ..dots.parameters import camera_pose_parameters, detection_parameters, fixed, pattern_parameters
 from ..errors import BadArgument
 from ..parameters.file import read_parameters
 from .methods import METHOD_NAMES
-from ..common.marker_sensor import MARKER_SENSORS, MarkerSensor
 
 AUTO = 'auto'
 NODE = 'press_contact_node'

@@ -7,9 +7,9 @@ from functools import partial
 
 import numpy as np
 
+from ..common.marker_sensor import MarkerSensor, rest_points
 from ..errors import BadArgument
 from .field import MarkerField
-from ..common.marker_sensor import MarkerSensor, rest_points
 
 # Weights of the in-plane strain and of the bending energy relative to the misfit in the image, lengths in pitches. The first separates
 # in-plane from apparent displacement, the second only smooths. Chosen: results change little over a decade of either.

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..calibration.residuals import Residuals
+from ..common.marker_sensor import MarkerSensor
 from ..errors import BadArgument, BadCalibration
 from .estimate import TouchEstimate, TouchMethod
 from .field import MarkerField
-from ..common.marker_sensor import MarkerSensor
 
 SAME_PLACE = 1e-3  # m: presses nearer than this are at one place; a stage repeats to less. Chosen
 _STRAIGHT = 2e-4   # m: largest sideways travel since first contact of a straight press. Chosen

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..common.marker_sensor import MarkerSensor, first_touch_height, rest_points
 from ..errors import BadArgument, BadCalibration
 from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
 from .presses import Presses, rms_errors
-from ..common.marker_sensor import MarkerSensor, first_touch_height, rest_points
 
 DEGREE = 3      # of the polynomials (paper: "the third-degree polynomial is the best fit")
 _BELOW = 0.05   # of the calibrated range: a value further below it is out of range. Chosen

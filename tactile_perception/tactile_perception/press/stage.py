@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from std_msgs.msg import Header
+
 from tactile_driver.stitching.calibration import stitching_from_dict
 
 from ..camera_stage import Matrices

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import scipy
+
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_driver.stitching.methods import make_stitcher
 
 from ..common.dots import Dots
+from ..common.marker_sensor import MarkerSensor
 from ..common.statistics import robust_sigma
 from ..dots.detect import DotDetector
 from ..dots.number import find_lattice, number_grid
 from ..errors import BadArgument, BadCalibration, BadFrame
-from ..common.marker_sensor import MarkerSensor
 
 FEWEST = 12  # markers of one view, chosen
 MARKER_NOISE = 0.04  # px per axis, chosen: standard deviation of a detected marker's position

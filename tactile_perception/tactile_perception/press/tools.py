@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from tactile_driver.nodes.messages.conversions import frame_of_message
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
@@ -21,17 +22,17 @@ from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
 from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
 from ..calibration.residuals import outliers, report_residuals
 from ..common.camera import camera_pose
+from ..common.marker_sensor import MarkerSensor
 from ..dots.tracker import DotTracker, find_pattern, make_tracker
 from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
 from .field import RestMarkers, view_maker
-from .presses import SAME_PLACE, Found, Presses, held_out, marker_residuals, require_coverage, score
 from .methods import make_method, methods_for
 from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
+from .presses import SAME_PLACE, Found, Presses, held_out, marker_residuals, require_coverage, score
 from .published import middle_of_seen
-from ..common.marker_sensor import MarkerSensor
 from .stitching import SIDES, StitchingFit, fit_stitching
 
 _TRIES = 5  # chosen: untouched pairs tried before the fit is given up

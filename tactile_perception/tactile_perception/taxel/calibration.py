@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 
 from .._core.taxel import Hysteresis
+from ..errors import BadCalibration
 from .pressure import TaxelArray
 from .response import MOST_HELD, Loop, Response, followed
-from ..errors import BadCalibration
 
 _PARTS = 3  # folds of the cross-validation
 _LIGHT = 0.3  # of the largest force, added to each in the weights of the loop's fit, as in fit_response

@@ -18,9 +18,9 @@ import cv2
 import numpy as np
 
 from .._core import taxel as _kernel
+from ..common.estimates import FAR, NONE, SlipEstimate, next_state, state_probability
 from .pressure import SoftPad, TaxelArray
 from .region import BORDER_SHARE, LEVEL
-from ..common.estimates import FAR, NONE, SlipEstimate, next_state, state_probability
 
 
 class Limits:

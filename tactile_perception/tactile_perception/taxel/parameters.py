@@ -8,14 +8,15 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+
 from tactile_driver.parameters.table import Parameter
 
+from ..common.geometry import FrameTree
+from ..errors import BadArgument
 from .estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from .pressure import LARGEST, SoftPad, TaxelArray
 from .response import SENSOR, Response, read_taxels
 from .wrench import GraspedObject
-from ..common.geometry import FrameTree
-from ..errors import BadArgument
 
 _fixed = partial(Parameter, read_only=True)
 _HERE = np.eye(3), np.zeros(3)

@@ -7,8 +7,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .pressure import TaxelArray
 from ..common.estimates import NONE, SlipEstimate, next_state, planar_twist
+from .pressure import TaxelArray
 from .region import Regions, find_regions
 
 # The paper names no detector of edges. Canny's; thresholds half and double of these find the same edges.

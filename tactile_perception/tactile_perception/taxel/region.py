@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core import taxel as _kernel
-from .pressure import SoftPad, TaxelArray
 from ..common.surface import Moments
+from .pressure import SoftPad, TaxelArray
 
 LEVEL = 0.5  # score at the border of a contact
 NOISE = 10.0  # standard deviations of the noise, least level: a false taxel in a hundred thousand frames, also of correlated noise

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .pressure import TaxelArray
 from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration
 from ..errors import BadArgument, BadCalibration
+from .pressure import TaxelArray
 
 SENSOR = 'taxel_array'
 UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N',

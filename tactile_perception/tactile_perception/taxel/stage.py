@@ -10,8 +10,9 @@ import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import CompressedImage, Image, JointState
 from std_msgs.msg import Header
-from tactile_driver.nodes.messages.images import grey_to_array
 from tf2_msgs.msg import TFMessage
+
+from tactile_driver.nodes.messages.images import grey_to_array
 
 from ..common.geometry import FrameTree, wrench_at
 from ..errors import BadFrame

@@ -6,15 +6,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
 from .._core.taxel import DeadTaxels
-from .calibration import Loads, calibrated_response, find_loop, fit_gains, held_out_errors, loaded_areas
-from .parameters import TAXEL_PARAMETERS, taxel_array
-from .pressure import TaxelArray
-from .response import Response, taxel_file
 from ..bags.stamped import TRUE_WRENCH, find_prefix
 from ..calibration.files.format import Specimen
 from ..calibration.residuals import Residuals, write_and_report
@@ -22,6 +19,10 @@ from ..common.progress import progress
 from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
+from .calibration import Loads, calibrated_response, find_loop, fit_gains, held_out_errors, loaded_areas
+from .parameters import TAXEL_PARAMETERS, taxel_array
+from .pressure import TaxelArray
+from .response import Response, taxel_file
 
 _SAME = 0.02  # relative difference below which loads count as equal
 _LONGEST_S = 0.1  # equal loads that last longer are several, since what the sensor shows creeps

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .._core.taxel import SurfaceShear
+from ..common.estimates import NONE, SlipEstimate
+from ..common.surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
 from .motion import REACH, ObjectMotion
 from .pressure import SoftPad, TaxelArray, grown
 from .region import Regions
-from ..common.estimates import NONE, SlipEstimate
-from ..common.surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
 
 _LITTLE = 0.02  # friction over load, below which it moves no pressure to speak of
 _UNSEEN = 0.5  # of a tension, up to which the pressure there shows that there is one

@@ -14,10 +14,10 @@ from pathlib import Path
 
 from tactile_driver.errors import tells_errors
 
-from .judged_bag import JudgedBag
 from ..errors import BadArgument
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.plots import draw
+from .judged_bag import JudgedBag
 
 _TITLE = '{:<50s}{:>12s}{:>12s}{:>12s}{:>12s}{:>9s}{:>10s}'
 

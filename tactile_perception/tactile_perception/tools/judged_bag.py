@@ -12,16 +12,17 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
+
 from tactile_driver.recordings.reader import BagReader, LeftOut, RawMessage
 from tactile_driver.recordings.serialization import decode
 
+from ..bags.replay import Replay
+from ..bags.stamped import choose_prefix
 from ..common.estimates import ContactEstimate
 from ..common.progress import progress
 from ..errors import BadFrame, BadRecording
 from ..evaluation.evaluation import Instant
 from ..nodes.messages.conversions import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
-from ..bags.replay import Replay
-from ..bags.stamped import choose_prefix
 
 TRUE = 'ground_truth/'
 #: topic -> field of Instant, and the conversion of its message

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from tactile_driver.plugins import PluginTable
 from scipy.special import ndtr
+
+from tactile_driver.plugins import PluginTable
 
 from .. import _core
 from ..common.geometry import lie_on_a_line

@@ -14,8 +14,21 @@ from ..common.geometry import Cap
 from ..common.statistics import robust_sigma
 from ..errors import BadArgument, BadFrame
 from .water import (
-    LIMITS, POINTS, RING, RING_PIXELS, Glare, LightPath, RingColours, WaterModel, background_ratios, check_image,
-    learn_glare, log_ratios, pitch_px, ring_share, smooth_light,
+    LIMITS,
+    POINTS,
+    RING,
+    RING_PIXELS,
+    Glare,
+    LightPath,
+    RingColours,
+    WaterModel,
+    background_ratios,
+    check_image,
+    learn_glare,
+    log_ratios,
+    pitch_px,
+    ring_share,
+    smooth_light,
 )
 
 MODEL_FLOOR = 5e-4  # standard deviation of the path model's error in a log ratio; chosen

@@ -11,8 +11,8 @@ import numpy as np
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.geometry import Cap
-from ..errors import BadArgument, BadFrame
 from ..dots.tracker import DotTracker, tracker_options
+from ..errors import BadArgument, BadFrame
 from .identification import identify
 from .membrane import Membrane
 from .sensor import Touchpad

@@ -13,9 +13,9 @@ import numpy as np
 
 from .. import _core
 from ..common.contact_tracker import ContactTracker
-from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, scatter, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.geometry import Cap, deepest_notch, quaternion
+from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, scatter, to_grid
 from ..errors import BadArgument
 from .contact import BEYOND, steps_from
 from .pose import RigidMotion

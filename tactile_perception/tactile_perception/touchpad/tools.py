@@ -7,17 +7,18 @@ import sys
 from pathlib import Path
 
 import numpy as np
+
 from tactile_driver.nodes.messages.images import image_to_array
 
 from ..bags.stamped import TRUTH, pairs_of
 from ..calibration.files.format import Specimen
 from ..calibration.residuals import write_and_report
 from ..common.camera import CameraModel
+from ..common.marker_sensor import MarkerSensor
+from ..dots.tracker import make_tracker
 from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
-from ..dots.tracker import make_tracker
-from ..common.marker_sensor import MarkerSensor
 from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
 from .parameters import NODE, TOUCHPAD_PARAMETERS
 from .sensor import Touchpad

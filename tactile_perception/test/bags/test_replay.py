@@ -5,23 +5,24 @@ import math
 from pathlib import Path
 
 import cv2
-from geometry_msgs.msg import TransformStamped
 import numpy as np
 import pytest
+from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header
+from taxel_bags import write_taxels
+from tf2_msgs.msg import TFMessage
+
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts, Slip
-from tactile_perception.tools.judged_bag import JudgedBag
 from tactile_perception.bags.replay import Replay
 from tactile_perception.bags.stamped import TRUTH, find_prefix, pairs_of
 from tactile_perception.errors import BadArgument, BadCalibration, BadRecording
 from tactile_perception.parameters.file import write_parameters
-from taxel_bags import write_taxels
-from tf2_msgs.msg import TFMessage
+from tactile_perception.tools.judged_bag import JudgedBag
 
 
 def of(messages, topic):

@@ -4,16 +4,16 @@
 
 import numpy as np
 import pytest
+from dual_bags import DISTORTION, LATE, MATRIX, PARAMETERS, PERIOD, SENSOR, pair, write_pairs
+
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.stitching.methods import make_stitcher
 from tactile_perception.bags.stitched_bag import StitchedBag, bag_opener, stitching_in
-from tactile_perception.parameters.file import write_parameters
 from tactile_perception.calibration.files.format import CalibrationFile, write_calibration
+from tactile_perception.parameters.file import write_parameters
 from tactile_perception.press.stitching import fit_stitching
-from tactile_driver.nodes.messages.images import image_to_array
-
-from dual_bags import DISTORTION, LATE, MATRIX, PARAMETERS, PERIOD, SENSOR, pair, write_pairs
 
 
 @pytest.fixture(scope='module')

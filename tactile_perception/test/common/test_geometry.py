@@ -5,10 +5,21 @@ import cv2
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
+
 from tactile_driver.lens import farthest_square
 from tactile_perception._core import back_project, camera_rays
 from tactile_perception.common.geometry import (
-    Cap, FrameTree, deepest_notch, lie_on_a_line, matrix_of_quaternion, quaternion, rotation_matrix, sphere_ranges, spline_fit, tangents)
+    Cap,
+    FrameTree,
+    deepest_notch,
+    lie_on_a_line,
+    matrix_of_quaternion,
+    quaternion,
+    rotation_matrix,
+    sphere_ranges,
+    spline_fit,
+    tangents,
+)
 from tactile_perception.common.surface import DotSurface, fill_unseen, grid_normals, region_outlines, to_grid
 from tactile_perception.common.surface_points import STICKING, SurfacePoints, dot_points, scattered_normals
 from tactile_perception.errors import BadArgument, BadFrame

@@ -5,6 +5,7 @@ import os
 from types import SimpleNamespace
 
 import pytest
+
 from tactile_perception.common import progress
 from tactile_perception.common.progress import in_parallel
 

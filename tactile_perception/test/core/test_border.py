@@ -6,9 +6,10 @@ import re
 from pathlib import Path
 from types import ModuleType
 
-from border_checks import arrays_test
 import numpy as np
 import pytest
+from border_checks import arrays_test
+
 from tactile_perception import _core
 from tactile_perception.press.sheet.mechanics import SheetMesh
 from tactile_perception.touchpad.contact import border_network

@@ -5,15 +5,15 @@ import os
 from pathlib import Path
 
 import cv2
-from matplotlib import get_data_path
 import numpy as np
 import pytest
+from matplotlib import get_data_path
+from other_sheets import SHEETS, Film, score
+
 from tactile_perception.dots.auto import place_dots
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
-
-from other_sheets import SHEETS, Film, score
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
 FOUND = {'lamps': 0.85}  # of 0.9: an exact place in the glow of a lamp is not certain

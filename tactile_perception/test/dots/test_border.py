@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from border_checks import arrays_test
+
 from tactile_perception._core import dots
 from tactile_perception.dots.fit import DiscModel
 from tactile_perception.dots.look import Look

@@ -8,13 +8,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+
 from tactile_driver.parameters.table import defaults
-from tactile_perception.dots.detect import DotDetector, METHODS
+from tactile_perception.dots.detect import METHODS, DotDetector
 from tactile_perception.dots.fit import DiscModel
 from tactile_perception.dots.look import measure_look
+from tactile_perception.dots.parameters import DOT_PARAMETERS
 from tactile_perception.dots.tracker import DotTracker, Mask, make_tracker
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.dots.parameters import DOT_PARAMETERS
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
 

@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tracks of dots between frames that are far apart: no dot is taken for its neighbour."""
 import os
-from pathlib import Path
 import re
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.links import Linker

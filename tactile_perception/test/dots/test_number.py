@@ -5,9 +5,10 @@ import copy
 import os
 from pathlib import Path
 
-from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
+from hypothesis import example, given, settings, strategies as st
+
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.links import Linker, link_places
 from tactile_perception.dots.number import GridNumbering, find_lattice, number_grid

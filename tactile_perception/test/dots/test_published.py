@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.published import PaperDetector, PaperNumbering, SortNumbers

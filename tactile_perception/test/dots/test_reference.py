@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+
 from tactile_perception.dots.reference import CalibratedRest, Reference, rest_warning
 from tactile_perception.errors import BadArgument
 

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.reference import Reference
 from tactile_perception.dots.tracker import DotTracker

@@ -4,10 +4,11 @@
 import json
 
 import cv2
-from made import contact, region, slip
 import numpy as np
 import pytest
-from tactile_perception.evaluation.evaluation import Evaluation, Instant, QUANTITIES, TouchCounts, pairs, spread, touch_errors
+from made import contact, region, slip
+
+from tactile_perception.evaluation.evaluation import QUANTITIES, Evaluation, Instant, TouchCounts, pairs, spread, touch_errors
 from tactile_perception.evaluation.plots import draw
 from tactile_perception.evaluation.scores import label_f1, normalised_square, region_iou
 from tactile_perception.tools.evaluate import plain, text

@@ -3,6 +3,7 @@
 """A simulated finger, and the model that its calibration scene gives."""
 import played
 import pytest
+
 from tactile_perception.finger.calibration import find_presses, fit_finger
 from tactile_perception.finger.parameters import PsdFinger
 

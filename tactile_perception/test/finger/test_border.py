@@ -9,8 +9,8 @@ import numpy as np
 import played
 import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
-from tactile_perception._core.finger import centroid_covariance
 
+from tactile_perception._core.finger import centroid_covariance
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.finger.model import FingerModel
 from tactile_perception.finger.parameters import FingerSettings, PsdFinger

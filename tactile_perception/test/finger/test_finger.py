@@ -5,17 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import played
-from played import Player, contact, each_sample, touches
 import pytest
-from tactile_driver.parameters.table import defaults
+from played import Player, contact, each_sample, touches
+
 from tactile_driver.frame import SampleBlock
+from tactile_driver.parameters.table import defaults
 from tactile_driver.serial.psd import Demodulator
 from tactile_driver.simulation.psd.scene import Act, Ambient, Electronics, PsdScene, PsdScript, open_psd_scene
 from tactile_perception._core.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED
-from tactile_perception.errors import BadArgument
 from tactile_perception.common.geometry import error_angle
+from tactile_perception.errors import BadArgument
 from tactile_perception.finger.model import FingerModel
-from tactile_perception.finger.parameters import FingerSettings, PSD_METHODS, PSD_PARAMETERS, PsdFinger, make_finger
+from tactile_perception.finger.parameters import PSD_METHODS, PSD_PARAMETERS, FingerSettings, PsdFinger, make_finger
 
 PERIOD = played.PERIOD
 

@@ -4,10 +4,11 @@
 the cross term of a single contact is x y times its light."""
 import numpy as np
 import pytest
+from played import PERIOD, Player, each_sample, touches
+
 from tactile_perception.finger.map import MIX, NOMINAL_BETA, log_map, position
 from tactile_perception.finger.model import FingerModel
 from tactile_perception.finger.parameters import FingerSettings, PsdFinger
-from played import PERIOD, Player, each_sample, touches
 
 NOISE = 0.006  # V of an output
 ROOM = np.array([0.30, 0.26, 0.36, 0.40])  # V, of the untouched outputs

@@ -4,19 +4,30 @@
 import numpy as np
 import played
 import pytest
+import yaml
 from scipy.ndimage import map_coordinates
+
 from tactile_perception._core.finger import centroid_covariance
 from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.common.geometry import error_angle
 from tactile_perception.errors import BadCalibration
 from tactile_perception.finger.calibration import Recording, find_presses, fit_creep, fit_finger, fit_load, fit_touch_level
 from tactile_perception.finger.map import (
-    EquidistantMap, LightShift, MIX, NOMINAL_BETA, TOTAL, direction, fit_light_shift, fit_smooth_map, level_basis, position,
-    trend)
+    MIX,
+    NOMINAL_BETA,
+    TOTAL,
+    EquidistantMap,
+    LightShift,
+    direction,
+    fit_light_shift,
+    fit_smooth_map,
+    level_basis,
+    position,
+    trend,
+)
 from tactile_perception.finger.model import Creep, FingerFit, FingerModel, features, psd_file, read_psd
 from tactile_perception.finger.parameters import PsdFinger
 from tactile_perception.finger.published import fit_equidistant_map, paper_finger
-import yaml
 
 RNG = np.random.default_rng(0)
 

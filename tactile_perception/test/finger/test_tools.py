@@ -8,12 +8,13 @@ from contextlib import redirect_stdout
 import numpy as np
 import pytest
 import yaml
+
+from tactile_driver.frame import SampleBlock
 from tactile_driver.nodes.messages.conversions import header_of, voltages_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import BagWriter
-from tactile_driver.frame import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_perception.errors import BadRecording
 from tactile_perception.finger.model import read_psd

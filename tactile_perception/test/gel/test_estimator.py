@@ -4,8 +4,9 @@
 import copy
 
 import numpy as np
-from pressed_gel import CENTRE, FOCAL, pressed_gel
 import pytest
+from pressed_gel import CENTRE, FOCAL, pressed_gel
+
 from tactile_driver.simulation.gel.elements import Material, Response
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AT_EDGE, GROSS, INCIPIENT, NONE

@@ -5,14 +5,15 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
+
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.gel.contact import GelContact, Indenter
 from tactile_driver.simulation.sensors.gel import MATERIAL, pin_tips, pins
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import OUT_OF_RANGE
 from tactile_perception.errors import BadCalibration, BadFrame
-from tactile_perception.gel.pins import PinEstimator, PinModel, fit_pins, smoothed
 from tactile_perception.gel.parameters import PINS_PARAMETERS
+from tactile_perception.gel.pins import PinEstimator, PinModel, fit_pins, smoothed
 
 pytestmark = pytest.mark.full  # each takes seconds of a core
 

@@ -3,6 +3,7 @@
 """gel_contact_node: from images of the simulated one to messages."""
 import numpy as np
 import pytest
+
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.parameters.table import defaults

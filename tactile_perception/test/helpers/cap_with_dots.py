@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tactile_perception.common.geometry import Cap
 from tactile_perception.touchpad.region import ContactDots
 

@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 from dome_scenes import DOME, EYE, NOISE, PX, markers, seen
+
 from tactile_perception.press.dome.library import DomePlan, build_library
 from tactile_perception.press.dome.mechanics import DomeMaterial, MeshPlan, OnMesh
 from tactile_perception.press.dome.model import DomeInverse, FieldNoise

@@ -4,9 +4,10 @@
 fades towards the rim of the dome, the skin drawn a little towards the tip. Nothing of it is the estimator's."""
 
 import numpy as np
-from tactile_perception.press.presses import Presses
-from tactile_perception.press.field import MarkerField
+
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
+from tactile_perception.press.field import MarkerField
+from tactile_perception.press.presses import Presses
 
 DOME = MARKER_SENSORS['air_cushion']
 RADIUS = (DOME.rim_radius**2 + DOME.height**2) / (2 * DOME.height)

@@ -3,13 +3,13 @@
 """Bags of a small sheet that two cameras see, drawn, for the tests of this folder."""
 
 import numpy as np
+from sheet_pair import DISTORTION, MATRIX, SENSOR, SIZE, picture, printed
+
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts
-
-from sheet_pair import DISTORTION, MATRIX, SENSOR, SIZE, picture, printed
 
 PERIOD, LATE = 100_000_000, 4_000_000
 PARAMETERS = {'sensor_type': 'areal_dual', 'rows': SENSOR.rows, 'columns': SENSOR.columns, 'pitch': list(SENSOR.pitch),

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contacts, regions and slips made up for tests."""
 import numpy as np
+
 from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes of the simulated finger as voltages with their truth."""
 import numpy as np
-from tactile_driver.simulation.psd.scene import PsdScene, open_psd_scene
 
+from tactile_driver.simulation.psd.scene import PsdScene, open_psd_scene
 from tactile_perception.finger.calibration import Recording
 from tactile_perception.finger.parameters import FingerSettings, PsdFinger
 

@@ -4,6 +4,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from tactile_driver.simulation.gel.contact import GelContact, GelState, Indenter
 from tactile_driver.simulation.gel.elements import Material
 from tactile_perception.common.dots import DotTracks

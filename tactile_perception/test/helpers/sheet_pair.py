@@ -3,6 +3,7 @@
 """Two pictures of a small sheet of green discs, drawn from OpenCV's own projection of their outlines."""
 import cv2
 import numpy as np
+
 from tactile_perception.common.marker_sensor import MarkerSensor
 
 SENSOR = MarkerSensor(5, 8, (9.4e-3, 8.2e-3), (0.078, 0.046), type='areal_dual')

@@ -4,10 +4,11 @@
 import functools
 
 import numpy as np
-from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
-from tactile_perception.press.sheet.library import LibraryPlan, build_library, field_appearance
-from tactile_perception.press.field import MarkerField
+
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
+from tactile_perception.press.field import MarkerField
+from tactile_perception.press.sheet.library import LibraryPlan, build_library, field_appearance
+from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
 
 SENSOR = MARKER_SENSORS['areal_single']
 GRID = SENSOR.grid()

@@ -3,6 +3,7 @@
 """Small bags of a taxel array that something round is pressed on, drawn, for the tests of this folder: quick to process."""
 import numpy as np
 import yaml
+
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.recordings.serialization import encode

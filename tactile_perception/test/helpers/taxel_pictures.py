@@ -3,6 +3,7 @@
 """Taxel images by geometry alone: shapes drawn fine, blurred as a soft pad would, and seen by taxels."""
 import cv2
 import numpy as np
+
 from tactile_perception.taxel.pressure import TaxelArray
 
 FINE, DRAWN = 6, 24  # parts of a taxel: blurred, drawn

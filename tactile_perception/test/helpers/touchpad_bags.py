@@ -6,6 +6,7 @@ import json
 import cv2
 import numpy as np
 import pytest
+
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message

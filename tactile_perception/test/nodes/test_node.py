@@ -10,15 +10,17 @@ import threading
 import time
 from pathlib import Path
 
-from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
+from waiting import until
+
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
@@ -39,7 +41,6 @@ from tactile_perception.stage import Input, Stage
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.touchpad.stage import TouchpadStage
-from waiting import until
 
 
 class Bench:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A parameter file gives a tool the values that ROS would give the node."""
 import pytest
+
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.errors import BadArgument
 from tactile_perception.parameters.file import read_parameters

@@ -3,10 +3,11 @@
 """Fields of a sheet seen from 62 mm, dented into a plain Gaussian bell: what tests press."""
 import numpy as np
 import pytest
-from tactile_perception.press.presses import Presses
-from tactile_perception.press.field import MarkerField
-from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from touchpad_bags import recording_folder  # noqa: F401
+
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
+from tactile_perception.press.field import MarkerField
+from tactile_perception.press.presses import Presses
 
 EYE, WIDTH, NOISE = 0.062, 8e-3, 4e-6
 GRID = MARKER_SENSORS['areal_single'].grid()

@@ -3,16 +3,17 @@
 """The field of markers, and where they are."""
 from dataclasses import replace
 
-from dome_scenes import DOME, EYE as DOME_EYE, dented, markers
 import numpy as np
 import pytest
+from dome_scenes import DOME, EYE as DOME_EYE, dented, markers
+
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.press.field import CameraView, MarkerField, RestMarkers, StitchedView, camera_view, marker_field, view_maker
 from tactile_perception.press.positions import MarkerPlaces, SheetSurface, on_rays
-from tactile_perception.common.marker_sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
 MATRIX = np.array([[560.0, 0, 321], [0, 561.0, 238], [0, 0, 1]])

@@ -5,12 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.calibration import best_method, fit_stiffness, read_touch, write_touch
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.methods import make_method
 from tactile_perception.press.presses import Presses, held_out, marker_residuals, require_coverage, rms_errors, score
-from tactile_perception.common.marker_sensor import MARKER_SENSORS
 
 
 def three_places():

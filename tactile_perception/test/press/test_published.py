@@ -2,15 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+
+from tactile_perception.common.marker_sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.press.calibration import restored, stored
 from tactile_perception.press.estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from tactile_perception.press.field import MarkerField
-from tactile_perception.press.presses import Presses
 from tactile_perception.press.methods import DOME_METHODS, SHEET_METHODS
-from tactile_perception.press.published import (ContactFilter, Cubics, MarkerDepths, distance_changes, four_largest, grid_point, neighbours,
-                                                plate_step)
-from tactile_perception.common.marker_sensor import MARKER_SENSORS, MarkerSensor
-from tactile_perception.press.calibration import restored, stored
+from tactile_perception.press.presses import Presses
+from tactile_perception.press.published import (
+    ContactFilter,
+    Cubics,
+    MarkerDepths,
+    distance_changes,
+    four_largest,
+    grid_point,
+    neighbours,
+    plate_step,
+)
 
 PAPER, CUSHION = SHEET_METHODS['paper'], DOME_METHODS['paper_cushion']
 

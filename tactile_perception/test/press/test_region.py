@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+
+from tactile_perception.common.marker_sensor import MARKER_SENSORS, MarkerSensor, dome_cap, first_touch_height
 from tactile_perception.errors import BadArgument
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.estimator import region_of
 from tactile_perception.press.field import MarkerField
-from tactile_perception.common.marker_sensor import MARKER_SENSORS, MarkerSensor, dome_cap, first_touch_height
-
 
 SHEET, DOME = MARKER_SENSORS['areal_single'], MARKER_SENSORS['air_cushion']
 EYE = np.array([0.0, 0.0, -0.06])

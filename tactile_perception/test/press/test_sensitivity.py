@@ -8,6 +8,7 @@ import pytest
 from dome_library import EYES, library_field, press, small_library
 from dome_scenes import DOME, NOISE, markers, seen
 from sheet_scenes import EYE, GRID, SENSOR, field_of, library
+
 from tactile_perception.press import estimate as choice
 from tactile_perception.press.dome import model as dome
 from tactile_perception.press.sheet import model as sheet

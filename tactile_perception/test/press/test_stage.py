@@ -3,9 +3,11 @@
 """The stage with a method and a wrench of which all is known."""
 import numpy as np
 import pytest
+
 from tactile_driver.parameters.table import defaults
 from tactile_perception.calibration.files.format import CalibrationFile
 from tactile_perception.common.dots import DotTracks
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.common.surface_points import UNKNOWN
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.press.calibration import TouchCalibration
@@ -14,8 +16,6 @@ from tactile_perception.press.estimator import TouchEstimator, TouchTracker
 from tactile_perception.press.field import RestMarkers, StitchedView, checked_view
 from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.parameters import MARKER_PARAMETERS
-from tactile_perception.common.marker_sensor import MARKER_SENSORS
-
 
 SENSOR = MARKER_SENSORS['areal_single']
 VIEW = StitchedView(1e-4, np.array([320.0, 240.0]), 1000.0, np.tile([0.0, 0.0, -0.06], (2, 1)))

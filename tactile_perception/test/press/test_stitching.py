@@ -9,11 +9,12 @@ import cv2
 import numpy as np
 import pytest
 from sheet_pair import DISTORTION, MATRIX, SENSOR, SIZE, picture, pose, printed
+
 from tactile_driver.stitching.methods import make_stitcher
+from tactile_perception.common.marker_sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.number import number_grid
 from tactile_perception.errors import BadArgument, BadCalibration, BadFrame
-from tactile_perception.common.marker_sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.press.stitching import SideMarkers, fit_sides, fit_stitching
 
 GRID = SENSOR.grid()

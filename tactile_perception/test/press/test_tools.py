@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 import yaml
 from dual_bags import PARAMETERS, SENSOR, pair, printed, write_pairs
+
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.stitching.calibration import load_stitching
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.calibration import read_touch
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.presses import Presses
-from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.press.tools import find_stitching, fit_wrench, tell_truth
 from tactile_perception.tools import calibrate, process_bag
 

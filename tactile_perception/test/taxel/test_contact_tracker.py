@@ -1,10 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
+from taxel_pictures import ARRAY, bar, both, picture
+
 from tactile_perception.common.contact_tracker import ContactTracker
 from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.region import ContactScore, find_regions
-from taxel_pictures import ARRAY, bar, both, picture
 
 SCORE = ContactScore(ARRAY, SoftPad())
 

@@ -6,6 +6,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from taxel_pictures import ARRAY, bar, picture
+
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, Key, TaxelScene, TaxelScript
@@ -18,7 +20,6 @@ from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.published import PaperMethod, edge_loops, image_moments
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
-from taxel_pictures import ARRAY, bar, picture
 
 KNOWN = TaxelSettings(response=Response((500.0, 0.0, 0.0), known=True))
 

@@ -12,6 +12,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Image, JointState
+from tf2_msgs.msg import TFMessage
+from waiting import until
+
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.runtime.host import Host
@@ -21,8 +24,6 @@ from tactile_perception.errors import BadFrame
 from tactile_perception.node import make_node
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
-from tf2_msgs.msg import TFMessage
-from waiting import until
 
 # An object of 30 mm and 4 N, in a gripper of which each finger moves by the joint: at 24.6 mm the pads are 29.2 mm apart.
 OWN = {'reference.start': 'zero', 'object.width': 0.03, 'object.weight': 4.0, 'gripper.joint': 'finger', 'gripper.sign': 2.0,

@@ -6,6 +6,7 @@ import copy
 import numpy as np
 import pytest
 from border_checks import arrays_test
+
 from tactile_perception._core import taxel
 
 PRESSURE = np.pad(np.full((9, 12), 3e4, np.float32), 6)

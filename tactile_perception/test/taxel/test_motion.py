@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from taxel_pictures import ARRAY, bar, picture
+
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
 from tactile_perception.taxel.motion import CentroidKeyframe, EdgeKeyframe, MotionTracker, ObjectMotion, TaxelSlip
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.region import LEVEL, ContactScore
-from taxel_pictures import ARRAY, bar, picture
 
 PAD = SoftPad()
 SCORE = ContactScore(ARRAY, PAD)

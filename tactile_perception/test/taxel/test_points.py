@@ -4,6 +4,8 @@
 import cv2
 import numpy as np
 import pytest
+from taxel_pictures import ARRAY, bar, both, disc, picture
+
 from tactile_perception.common.estimates import GROSS, NONE, SlipEstimate
 from tactile_perception.common.surface_points import SLIPPING, STICKING, UNKNOWN
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
@@ -12,7 +14,6 @@ from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.region import find_regions
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject, normal_force, pressure_centre, taxel_states, under_friction
-from taxel_pictures import ARRAY, bar, both, disc, picture
 
 PAD, PER_COUNT = SoftPad(), 500.0  # Pa
 KNOWN = TaxelSettings(response=Response((PER_COUNT, 0.0, 0.0), known=True))

@@ -3,13 +3,14 @@
 """Pressures of an array, and its response to loads."""
 import numpy as np
 import pytest
+from taxel_pictures import bar, picture
+
 from tactile_perception._core.taxel import Baseline, DeadTaxels, Hysteresis
 from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.errors import BadArgument, BadCalibration, BadFrame
 from tactile_perception.taxel.calibration import fit_gains, fit_loop, fit_response
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.response import Loop, Response, read_taxels, taxel_file
-from taxel_pictures import bar, picture
 
 OFFSET = np.random.default_rng(5).uniform(0, 20, (12, 12)).astype(np.float32)
 UNTOUCHED = np.zeros(OFFSET.shape, bool)

@@ -4,10 +4,11 @@ import cv2
 import numpy as np
 import pytest
 from scipy import ndimage
+from taxel_pictures import ARRAY, bar, both, disc, picture, ring
+
 from tactile_perception.common.surface import axes
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.region import LEVEL, ContactScore, find_regions
-from taxel_pictures import ARRAY, bar, both, disc, picture, ring
 
 SCORE = ContactScore(ARRAY, SoftPad())
 

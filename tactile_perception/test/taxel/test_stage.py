@@ -1,9 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """An array's stage and its tools."""
-from geometry_msgs.msg import TransformStamped
 import numpy as np
 import pytest
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.parameters.table import defaults
@@ -15,7 +17,6 @@ from tactile_perception.taxel.pressure import TaxelArray
 from tactile_perception.taxel.response import Loop
 from tactile_perception.taxel.stage import TaxelStage
 from tactile_perception.taxel.tools import held_out_residuals
-from tf2_msgs.msg import TFMessage
 
 VALUES = defaults(TAXEL_PARAMETERS)
 

@@ -8,14 +8,14 @@ import signal
 
 import numpy as np
 import pytest
+from taxel_bags import write_taxels
+
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode, type_hash
 from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.bags.replay import Replay
 from tactile_perception.errors import BadArgument
-from tactile_perception.tools import evaluate
-from tactile_perception.tools import process_bag as module
-from taxel_bags import write_taxels
+from tactile_perception.tools import evaluate, process_bag as module
 
 RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench', 'points')
 

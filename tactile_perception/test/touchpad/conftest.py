@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from cap_with_dots import pad, recording  # noqa: F401
+
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.common.camera import CameraModel

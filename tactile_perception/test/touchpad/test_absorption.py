@@ -4,13 +4,14 @@
 from dataclasses import replace
 
 import cv2
-from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
+
 from tactile_perception._core import water_lengths
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.identification import fit_rest
-from tactile_perception.touchpad.water import LightPath, POINTS, RING, WIDE, check_image, log_ratios, pitch_px, ring_share
+from tactile_perception.touchpad.water import POINTS, RING, WIDE, LightPath, check_image, log_ratios, pitch_px, ring_share
 
 
 def rms(values):

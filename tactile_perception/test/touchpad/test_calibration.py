@@ -9,15 +9,23 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+
 from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadCalibration
-from tactile_perception.touchpad.calibration import (TOLERANCE, Press, TouchpadCalibration, dots_on_sphere, find_sphere_radius,
-                                                     fit_touchpad, read_touchpad, touchpad_file)
+from tactile_perception.touchpad.calibration import (
+    TOLERANCE,
+    Press,
+    TouchpadCalibration,
+    dots_on_sphere,
+    find_sphere_radius,
+    fit_touchpad,
+    read_touchpad,
+    touchpad_file,
+)
 from tactile_perception.touchpad.identification import fit_rest
 from tactile_perception.touchpad.water import LightPath, WaterModel
-
 
 RADIUS = 0.008
 PLACES = [(0.0, 0.0), (0.005, 0.001), (-0.004, 0.004)]

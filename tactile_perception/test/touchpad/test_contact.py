@@ -4,6 +4,7 @@
 import cv2
 import numpy as np
 import pytest
+
 from tactile_perception import _core
 from tactile_perception.errors import BadFrame
 from tactile_perception.touchpad.contact import CONTACT_METHODS, border_network, make_method

@@ -5,6 +5,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+
 from tactile_perception.calibration.files.format import CalibrationFile
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE

@@ -3,9 +3,10 @@
 """The water from the untouched pad: three pads of different water, window and lamps."""
 import numpy as np
 import pytest
+
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.touchpad.water import RING, WIDE
 from tactile_perception.touchpad.identification import as_ring_colours, fit_rest, rest_colours, update_constants
+from tactile_perception.touchpad.water import RING, WIDE
 
 pytestmark = pytest.mark.full  # each takes seconds of a core
 

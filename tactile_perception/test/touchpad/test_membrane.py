@@ -5,6 +5,7 @@ import copy
 
 import numpy as np
 import pytest
+
 from tactile_perception.common.geometry import Cap
 from tactile_perception.errors import BadArgument
 from tactile_perception.touchpad.membrane import Membrane, MembraneMaterial

@@ -6,9 +6,10 @@ import dataclasses
 import cv2
 import numpy as np
 import pytest
+
 from tactile_driver.parameters.table import defaults
-from tactile_driver.simulation.optics.rendering import Imaging
 from tactile_driver.simulation.optics.light import Lighting
+from tactile_driver.simulation.optics.rendering import Imaging
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad
 from tactile_perception.common.camera import CameraModel

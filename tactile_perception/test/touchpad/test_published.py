@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+
 from tactile_perception.common.geometry import rotation_matrix
 from tactile_perception.touchpad.pose import ObjectPose, fit_rigid
 from tactile_perception.touchpad.published import PaperRegion

@@ -3,6 +3,7 @@
 """Slip: of dots, and of the object."""
 import numpy as np
 import pytest
+
 from tactile_perception._core import DotLoads, StickSlip
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
 from tactile_perception.errors import BadArgument, BadFrame

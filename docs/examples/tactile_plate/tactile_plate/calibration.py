@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Calibrates the plate: the force of one count, from known loads."""
 import numpy as np
+
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_perception.bags.stamped import TRUTH, pairs_of
 from tactile_perception.calibration.files.format import CalibrationFile, Specimen, write_calibration

@@ -4,6 +4,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+
 from tactile_driver.simulation.truth import Touch, TruthFrame
 
 SIZE, NEWTONS_PER_COUNT, OFFSET = 0.3, 0.12, 12.0  # m between cells; N; counts of an unloaded cell

@@ -3,6 +3,7 @@
 """The plate's stage: counts of the load cells in, contacts out."""
 import numpy as np
 from sensor_msgs.msg import Image
+
 from tactile_driver.nodes.messages.conversions import point, vector
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.parameters.table import Parameter

@@ -12,6 +12,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Point32, Polygon, TransformStamped, Vector3
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, TimeReference
 from std_msgs.msg import Header
+
 from tactile_msgs.msg import PsdVoltages
 
 from ...errors import BadFrame

@@ -12,11 +12,12 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
+
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
-from .conversions import point, polygon, quaternion_of, stamp_ns_of, vector
 from ...recordings.reader import RecordedTruth
 from ...simulation.truth import Touch, TruthFrame
+from .conversions import point, polygon, quaternion_of, stamp_ns_of, vector
 
 _NAN = float('nan')
 _SAME_TOUCH = 5e-3  # m between frames; chosen

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+
 @dataclass(frozen=True)
 class SimulatedCamera:
     """Intrinsic and extrinsic parameters of the simulated camera.

@@ -8,9 +8,8 @@ from typing import Callable
 import numpy as np
 from scipy import sparse
 
-from .camera import SimulatedCamera
 from ..skin.surfaces import Skin
-
+from .camera import SimulatedCamera
 
 #: Catmull-Rom weights of four nodes as polynomials of the fraction between the middle two, the highest power first.
 _CUBIC = np.array([[-1, 2, -1, 0], [3, -5, 0, 2], [-3, 4, 1, 0], [1, -1, 0, 0]]) / 2

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from .camera import SimulatedCamera
 from ..skin.surfaces import Skin
+from .camera import SimulatedCamera
 from .light import vignette
 
 #: px: light is computed once per cell of this size, because only dots, highlights and the rim are sharp; chosen.

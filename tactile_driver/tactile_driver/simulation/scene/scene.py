@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from .observe import Observation, Observer, off_tool
 from ..skin.contact import FrictionalContact, PlateContact
 from ..skin.tools import Motion
-from .specimen import Shutters, Specimen
 from ..truth import FramesInOrder, SimulatedFrame, TruthFrame
+from .observe import Observation, Observer, off_tool
+from .specimen import Shutters, Specimen
 
 #: Node spacings per unit of the Frobenius norm of a change of rotation; chosen.
 _TOOL_SIZE = 7.1

@@ -8,12 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from .marker_sheet import built_camera
 from ..optics.light import Lamps
 from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Act, Script, Specimen, act, drag, one_after_the_other, press, session
 from ..skin.surfaces import Membrane
+from .marker_sheet import built_camera
 
 _RIM, _HEIGHT = 0.150, 0.120
 #: m: radius of the sphere of which the dome is a cap; derived.

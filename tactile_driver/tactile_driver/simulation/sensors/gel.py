@@ -23,7 +23,7 @@ from ..optics.light import Lamps
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
 from ..skin.surfaces import Sheet
-from ..truth import FramesInOrder, NON_CONTACT, SLIPPING, STICKING, SimulatedFrame, Touch, TruthFrame, slip_state_of
+from ..truth import NON_CONTACT, SLIPPING, STICKING, FramesInOrder, SimulatedFrame, Touch, TruthFrame, slip_state_of
 
 #: The gel as made; chosen: silicone, the size and stiffness of a fingertip's.
 MATERIAL = Material(thickness=4.0e-3, depth=0.4e-3, young=0.22e6, poisson=0.48)

@@ -6,13 +6,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from .air_cushion import AIR_CUSHION_SCENES
-from .areal_dual import AREAL_DUAL_SCENES
-from .areal_single import AREAL_SINGLE_SCENES
 from ...errors import BadArgument, by_name
 from ..scene.scene import Scene, TwoCameraScene
 from ..scene.specimen import Script, Shutters, Specimen
 from ..skin.tools import TOOLS, Motion
+from .air_cushion import AIR_CUSHION_SCENES
+from .areal_dual import AREAL_DUAL_SCENES
+from .areal_single import AREAL_SINGLE_SCENES
 from .gel import GEL_SCENES, GelScene
 from .touchpad import TOUCHPAD_SCENES
 

@@ -9,9 +9,9 @@ from functools import partial
 import numpy as np
 
 from ..optics.camera import SimulatedCamera, mounted
+from ..optics.light import Lighting
 from ..optics.pattern import DotPattern, uneven
 from ..optics.rendering import Imaging, Renderer
-from ..optics.light import Lighting
 from ..scene.specimen import STARTING, UNTOUCHED, Act, Script, Specimen, acting, one_after_the_other, session
 from ..skin.surfaces import Membrane
 from ..skin.tools import Key

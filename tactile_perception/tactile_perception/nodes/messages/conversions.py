@@ -13,9 +13,10 @@ import yaml
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Twist, WrenchStamped
 from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
 from tactile_driver.nodes.messages.conversions import bytes_of, header_of, point, polygon, stamp_ns_of, vector
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
-from tf2_msgs.msg import TFMessage
 
 from ...common import dots
 from ...common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate

@@ -11,11 +11,10 @@ from itertools import product
 import numpy as np
 
 from ... import _core
-from ...common.progress import in_parallel
 from ...common.geometry import Cap, extrapolate, spline_fit
+from ...common.progress import in_parallel
 from ...errors import BadCalibration
-from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, OnMesh, PressedDome, appear_at, disc_scale, outlines, press_dome,
-                        shift_of)
+from .mechanics import STRETCH, DomeMaterial, DomeMesh, MeshPlan, OnMesh, PressedDome, appear_at, disc_scale, outlines, press_dome, shift_of
 
 RADIUS_SPREAD = np.log(2.2)    # simulated log tip radii, to either side of the middle one. Chosen
 RADII = 4                      # simulated tips. Chosen

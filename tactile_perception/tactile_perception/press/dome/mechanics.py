@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...common.geometry import Cap
-from ...errors import BadArgument
 from ...common.marker_sensor import MarkerSensor, dome_cap, rest_points
+from ...errors import BadArgument
 
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 STEP = 1e-5  # of the unit disc: difference for derivatives, exact to 1e-10

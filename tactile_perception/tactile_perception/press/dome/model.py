@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...common.geometry import cross
+from ...common.marker_sensor import MarkerSensor, first_touch_height
 from ...errors import BadArgument
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
-from ...common.marker_sensor import MarkerSensor, first_touch_height
 from .library import RADIUS_SPREAD, DomeLibrary
 from .mechanics import centres_of, seen_at
 

@@ -8,12 +8,12 @@ from functools import partial
 
 import numpy as np
 
+from ...common.marker_sensor import MarkerSensor
 from ...common.progress import in_parallel
 from ...errors import BadCalibration
-from ..field import MarkerField, marker_radii
 from ..calibration import Prior, beyond, identify, noise_at_rest
+from ..field import MarkerField, marker_radii
 from ..presses import Presses
-from ...common.marker_sensor import MarkerSensor
 from .library import LibraryPlan, Press, build_library, field_appearance
 from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, press_sheet, uniform
 from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse

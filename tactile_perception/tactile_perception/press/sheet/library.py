@@ -10,8 +10,8 @@ from functools import partial
 import numpy as np
 
 from ... import _core
-from ...common.progress import in_parallel
 from ...common.geometry import extrapolate, spline_fit
+from ...common.progress import in_parallel
 from ...errors import BadCalibration
 from .mechanics import SheetMaterial, SheetMesh, least_length, press_sheet, uniform
 

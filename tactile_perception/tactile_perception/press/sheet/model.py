@@ -10,9 +10,9 @@ from functools import partial
 import numpy as np
 
 from ...common.geometry import cross
+from ...common.marker_sensor import MarkerSensor
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
-from ...common.marker_sensor import MarkerSensor
 from .library import Press, SheetLibrary
 
 SIZE = 6    # of a press's vector

@@ -13,15 +13,16 @@ from zipfile import BadZipFile
 
 import cv2
 import numpy as np
+
 from tactile_driver.frame import CameraCalibration, Frame, pinhole_calibration
 from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import calibration_to_message, camera_transforms, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_truth
 from tactile_driver.simulation.truth import SLIPPING, Touch, TruthFrame, slip_state_of
 
-from ...errors import BadRecording
-from ...dots.parameters import DOT_PARAMETERS
 from ...common.marker_sensor import MARKER_SENSORS
+from ...dots.parameters import DOT_PARAMETERS
+from ...errors import BadRecording
 
 #: What recordings tell of the ground truth.
 KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'

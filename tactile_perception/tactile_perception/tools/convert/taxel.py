@@ -12,6 +12,7 @@ from zipfile import BadZipFile
 
 import cv2
 import numpy as np
+
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, static_transform
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_truth

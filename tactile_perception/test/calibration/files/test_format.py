@@ -8,11 +8,12 @@ import time
 import cv2
 import numpy as np
 import pytest
+import yaml
+
 from tactile_perception.calibration.files.format import CalibrationFile, Specimen, read_calibration, write_calibration
-from tactile_perception.sensor_type import SENSOR_TYPES
 from tactile_perception.calibration.residuals import Residuals, draw_residuals, outliers, report_residuals
 from tactile_perception.errors import BadCalibration
-import yaml
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 
 @pytest.fixture

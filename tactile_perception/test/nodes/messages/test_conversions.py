@@ -3,15 +3,16 @@
 """Messages and arrays: what is checked, and what goes through a message and back."""
 from array import array
 
-from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchStamped
 import numpy as np
 import pytest
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchStamped
 from sensor_msgs.msg import CameraInfo, Image, PointField
 from std_msgs.msg import Header
+
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.common import dots as estimated
 from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
-from tactile_perception.common.surface_points import SurfacePoints, UNKNOWN
+from tactile_perception.common.surface_points import UNKNOWN, SurfacePoints
 from tactile_perception.errors import BadFrame
 from tactile_perception.nodes.messages import conversions as convert
 from tactile_perception.nodes.messages.conversions import check_message, points_to_message

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from dome_library import EYES, MESH, POINTS, library_field, press, small_library
 from dome_scenes import DOME, FEW, dome_presses
+
+from tactile_perception.common.marker_sensor import MARKER_SENSORS, dome_cap
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome import calibration, mechanics
 from tactile_perception.press.dome.calibration import calibrate_dome, identify_dome, load_steps
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, OnMesh, appear_at, outlines, press_dome, shift_of
 from tactile_perception.press.dome.model import DomeCalibration, FieldNoise
 from tactile_perception.press.presses import Presses
-from tactile_perception.common.marker_sensor import MARKER_SENSORS, dome_cap
 
 
 def known():

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from dome_library import evaluate
 from dome_scenes import DOME, EYE, markers
+
 from tactile_perception.common.geometry import Cap
-from tactile_perception.errors import BadArgument
-from tactile_perception.press.dome.mechanics import (DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of,
-                                                     outlines, press_dome, shift_of)
 from tactile_perception.common.marker_sensor import dome_cap
+from tactile_perception.errors import BadArgument
+from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, outlines, press_dome, shift_of
 
 CAP, MESH = Cap(0.15375, 0.12), MeshPlan(even=10, rings=18, width=0.0145, harmonics=3, around=8)
 FOLDER = pathlib.Path(os.environ.get('TACTILE_RECORDINGS', ''), 'simulated', 'ac_calib_small')

@@ -4,17 +4,18 @@
 import dataclasses
 from itertools import product
 
-from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, evaluate, inverse, library_field, press, small_library
-from dome_scenes import DOME, EYE, markers, seen
 import numpy as np
 import pytest
+from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, evaluate, inverse, library_field, press, small_library
+from dome_scenes import DOME, EYE, markers, seen
+
+from tactile_perception.common.marker_sensor import first_touch_height
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.calibration import restored, stored
-from tactile_perception.press.dome.library import AsSeen, RADIUS_SPREAD
+from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, outlines, press_dome, shift_of
-from tactile_perception.press.dome.model import DEPTH, DomeCalibration, DomeModelMethod, FieldNoise, STRAIGHT, UNKNOWN_FRICTION
+from tactile_perception.press.dome.model import DEPTH, STRAIGHT, UNKNOWN_FRICTION, DomeCalibration, DomeModelMethod, FieldNoise
 from tactile_perception.press.estimate import OUT_OF_RANGE
-from tactile_perception.common.marker_sensor import first_touch_height
 
 pytestmark = pytest.mark.full  # simulates a small library
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.interpolate import griddata
+
 from tactile_perception.errors import BadArgument
 from tactile_perception.press.sheet.library import LibraryPlan
 from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, may_be_pressed, press_sheet

@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
+
 from tactile_perception.calibration.files.format import CalibrationFile, read_calibration, write_calibration
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.calibration import restored, stored
@@ -17,7 +18,15 @@ from tactile_perception.press.sheet.calibration import calibrate_sheet, fit_numb
 from tactile_perception.press.sheet.library import LibraryPlan, Press, SheetLibrary, build_library, field_appearance
 from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
 from tactile_perception.press.sheet.model import (
-    CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse, SheetModelMethod, SheetStart, show)
+    CameraShifts,
+    FieldNoise,
+    Seen,
+    SheetCalibration,
+    SheetInverse,
+    SheetModelMethod,
+    SheetStart,
+    show,
+)
 
 NOISE = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])

@@ -9,19 +9,20 @@ import numpy as np
 import pytest
 import yaml
 from std_msgs.msg import String
+
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.touchpad.calibration import read_touchpad, Press
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.parameters.file import read_parameters
-from tactile_perception.touchpad.parameters import NODE, TOUCHPAD_PARAMETERS
 from tactile_perception.dots.tracker import make_tracker
+from tactile_perception.parameters.file import read_parameters
 from tactile_perception.tools import calibrate as module
-from tactile_perception.touchpad.tools import chosen
+from tactile_perception.touchpad.calibration import Press, read_touchpad
+from tactile_perception.touchpad.parameters import NODE, TOUCHPAD_PARAMETERS
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
+from tactile_perception.touchpad.tools import chosen
 
 
 def run(bag, target, *more):

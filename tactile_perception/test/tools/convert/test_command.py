@@ -7,21 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
+from touchpad_bags import change_truth
+
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
 from tactile_perception.errors import BadRecording
 from tactile_perception.parameters.file import read_parameters, write_parameters
-from tactile_perception.press.parameters import MARKER_PARAMETERS
-from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
-from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
+from tactile_perception.press.parameters import MARKER_PARAMETERS, MARKER_SENSOR_PARAMETERS, marker_sensor
 from tactile_perception.tools import calibrate, process_bag
 from tactile_perception.tools.convert import command as convert_recording, command as module
 from tactile_perception.tools.convert.camera import Recording, sensor_parameters
 from tactile_perception.tools.convert.taxel import TaxelRecording
-from touchpad_bags import change_truth
-import yaml
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 
 FIRST = {'description', '/tf_static'}
 TOPICS = {'camera_info', 'image_raw', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench'}
