@@ -13,7 +13,8 @@ from rclpy.node import NodeNameNonExistentError
 from rosidl_runtime_py.utilities import get_message
 
 from tactile_bringup import share
-from tactile_bringup.nodes.hand_frames_node import HandFramesNode
+from tactile_bringup.hand.description import read_hand
+from tactile_bringup.nodes.hand_node import HandNode
 from tactile_driver.nodes.runtime.host import Host
 from tactile_perception.sensor_type import NODES
 
@@ -100,9 +101,19 @@ def test_nodes_of_a_sensor_use_what_their_policies_allow_and_nothing_else(bench,
         agree(node)
 
 
-def test_the_frames_of_a_hand_do_so_too(running):
-    frames, = running([HandFramesNode(Host([], {'hand': share('hands', 'example_hand.yaml')}))])
-    agree(frames)
+def moving_copy(hand):
+    """The URDF of a hand with the same sensors on a joint that moves."""
+    joints = '<joint name="wrist" type="continuous"><parent link="arm"/><child link="hand"/></joint>'
+    for sensor in hand.sensors:
+        joints += f'<link name="{sensor.frame}"/><joint name="{sensor.frame}" type="fixed"><parent link="hand"/>' \
+                  f'<child link="{sensor.frame}"/></joint><tactile_sensor name="{sensor.name}" type="{sensor.type}" link="{sensor.frame}"/>'
+    return f'<robot name="r"><link name="arm"/><link name="hand"/>{joints}</robot>'
+
+
+def test_the_frames_and_contacts_of_a_hand_do_so_too(running, tmp_path):
+    (tmp_path / 'hand.urdf').write_text(moving_copy(read_hand(share('hands', 'example_hand.yaml'))))
+    hand, = running([HandNode(Host([], {'hand': f'{tmp_path}/hand.urdf'}))])
+    agree(hand)
 
 
 def test_a_recorder_does_so_too(bench, tmp_path):
@@ -115,7 +126,7 @@ def test_a_recorder_does_so_too(bench, tmp_path):
 
 def test_every_node_has_a_policy_in_the_form_that_sros2_reads():
     files = sorted(FOLDER.glob('*.policy.xml'))
-    assert [path.name.removesuffix('.policy.xml') for path in files] == sorted([*SENSOR_NODES, 'hand_frames_node'])
+    assert [path.name.removesuffix('.policy.xml') for path in files] == sorted([*SENSOR_NODES, 'hand_node'])
     for path in files:
         root = Tree.parse(path).getroot()
         assert (root.tag, root.get('version')) == ('policy', '0.2.0')

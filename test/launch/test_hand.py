@@ -48,7 +48,7 @@ def test_a_hand_is_recorded_a_sensor_that_dies_comes_back_and_the_recording_is_p
                 for status in message.status if status.values}
     assert ear.wait_for(lambda: len(said()) == 9, 120), launched.log
     assert set(said()) == {
-        '/hand_frames_node', '/tip/psd_node', '/tip/psd_contact_node', '/tip/finger_markers_node', '/tip/record_node',
+        '/hand_node', '/tip/psd_node', '/tip/psd_contact_node', '/tip/finger_markers_node', '/tip/record_node',
         '/left/pad/taxel_array_node', '/left/pad/taxel_contact_node', '/left/pad/taxel_markers_node', '/left/pad/record_node'}
     assert all({'state', 'rate (Hz)', 'age (s)', 'dropped', 'what to do'} <= keys for keys in said().values())
     assert launched.complaints == [], launched.log

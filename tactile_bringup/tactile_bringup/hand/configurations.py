@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes configurations for a hand: HAND.rviz for RViz and HAND_diagnostics.yaml for diagnostic_aggregator.
+"""Writes configurations for a hand: HAND.rviz for RViz, HAND_diagnostics.yaml for diagnostic_aggregator, and of a YAML file also
+HAND.urdf.xacro, the same hand as a URDF.
 
     ros2 run tactile_bringup hand_config HAND.yaml FOLDER
 """
@@ -10,6 +11,7 @@ import argparse
 import struct
 from collections.abc import Sequence
 from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 import yaml
@@ -20,6 +22,7 @@ from tactile_driver.errors import tells_errors
 from .. import share
 from ..sensor_files import rviz_file
 from .description import Hand, HandSensor, read_hand
+from .urdf import Pose, mounting
 
 _AROUND, _AWAY = 0.1, 1.2  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
 _HEIGHT, _WIDTH, _DOCK_HEIGHT, _DISPLAYS_WIDTH, _PICTURES_WIDTH = 960, 1600, 860, 260, 330  # px, of RViz's window and its parts
@@ -32,6 +35,35 @@ def aggregator_configuration(hand: Hand) -> str:
     analyzers = {sensor.frame: {'type': 'diagnostic_aggregator/GenericAnalyzer', 'path': sensor.name, 'startswith': [f'/{sensor.name}/']}
                  for sensor in hand.sensors}
     return yaml.safe_dump({'analyzers': {'ros__parameters': {'path': hand.frame, **analyzers}}}, sort_keys=False)
+
+
+def xacro_description(hand: Hand) -> str:
+    """Text of a xacro file with the sensors of a hand; parents that are no sensors become links without a shape."""
+    frames = {sensor.frame for sensor in hand.sensors}
+    parents = dict.fromkeys(sensor.parent for sensor in hand.sensors if sensor.parent not in {*frames, hand.frame})
+    robot = Element('robot', {'name': hand.frame.replace('/', '_'), 'xmlns:xacro': 'http://www.ros.org/wiki/xacro'})
+    SubElement(robot, 'xacro:include', filename='$(find tactile_bringup)/urdf/tactile_sensors.xacro')
+    SubElement(robot, 'link', name=hand.frame)
+    for parent in parents:
+        SubElement(robot, 'link', name=parent)
+        joint = SubElement(robot, 'joint', name=f'{parent}_to_be_placed', type='fixed')
+        SubElement(joint, 'parent', link=hand.frame)
+        SubElement(joint, 'child', link=parent)
+    for sensor in hand.sensors:
+        has_macro = f'name="{sensor.type}"' in Path(share('urdf', 'tactile_sensors.xacro')).read_text() and sensor.type != 'pins'
+        added = SubElement(robot, f'xacro:{sensor.type}' if has_macro else 'xacro:tactile_sensor',
+                           {'name': sensor.name, 'parent': sensor.parent, **({} if has_macro else {'type': sensor.type})})
+        rpy = Rotation.from_quat(sensor.quaternion).as_euler('xyz')
+        SubElement(added, 'origin', xyz=_joined(sensor.xyz), rpy=_joined(rpy))
+        SubElement(added, 'settings', sensor.settings)
+        if not has_macro:
+            SubElement(added, 'shape')
+    indent(robot)
+    return '<?xml version="1.0"?>\n' + tostring(robot, encoding='unicode') + '\n'
+
+
+def _joined(values: Sequence[float]) -> str:
+    return ' '.join(f'{value:.9g}' for value in values)
 
 
 def moved_file(sensor_type: str, namespace: str, frame: str) -> str:
@@ -51,6 +83,9 @@ def rviz_configuration(hand: Hand) -> str:
         touch, picture = ({**each, 'Name': title} for title, each in zip(
             (sensor.name, f'{sensor.name}: annotated'), (_display(own, 'Touch'), _display(own, 'Annotated image'))))
         manager['Displays'] += [touch, picture]
+    if hand.robot is not None:
+        manager['Displays'].append({'Class': 'rviz_default_plugins/RobotModel', 'Name': 'Hand', 'Enabled': True, 'Value': True,
+                                    'Description Topic': {'Value': '/robot_description', 'Durability Policy': 'Transient Local'}})
     pictures = [display['Name'] for display in manager['Displays'] if display['Class'].endswith('/Image')]
     page['Window Geometry'] = {'Height': _HEIGHT, 'Width': _WIDTH, 'QMainWindow State': _window_state(pictures)}
     manager['Global Options']['Fixed Frame'] = hand.frame
@@ -104,27 +139,27 @@ def _display(manager: dict, name: str) -> dict:
     return next(display for display in manager['Displays'] if display['Name'] == name)
 
 
-def _pose(hand: Hand, sensor: HandSensor) -> tuple[Rotation, np.ndarray]:
-    """Rotation and origin (3,), m, of a sensor's frame in the hand's frame; an unknown parent counts as the hand's frame."""
-    rotation, origin = Rotation.from_quat(sensor.quaternion), np.array(sensor.xyz)
-    by_frame = {other.frame: other for other in hand.sensors}
-    if sensor.parent not in by_frame:
-        return rotation, origin
-    above, start = _pose(hand, by_frame[sensor.parent])
-    return above * rotation, start + above.apply(origin)
+def _pose(hand: Hand, sensor: HandSensor) -> Pose:
+    """Rotation and origin (3,), m, of a sensor's frame in the hand's frame, with all joints at 0; an unknown parent counts as the hand's
+    frame."""
+    at_zero = dict.fromkeys(hand.robot.positioned, 0.0) if hand.robot else {}
+    return hand.pose(sensor, at_zero) or mounting(sensor.xyz, sensor.quaternion)
 
 
 @tells_errors('hand_config', OSError)
 def main(args: list[str] | None = None) -> int:
     """Write both files; exit code 1 for a wrong hand file or a folder that cannot be written."""
     parser = argparse.ArgumentParser(prog='hand_config', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('hand', type=Path, help='YAML file with the sensors of the hand')
+    parser.add_argument('hand', type=Path, help='YAML, URDF or xacro file with the sensors of the hand')
     parser.add_argument('folder', type=Path, help='where to write')
     given = parser.parse_args(args)
     hand = read_hand(given.hand)
     given.folder.mkdir(parents=True, exist_ok=True)
-    for end, text in (('.rviz', rviz_configuration(hand)), ('_diagnostics.yaml', aggregator_configuration(hand))):
-        path = given.folder / (given.hand.stem + end)
+    texts = {'.rviz': rviz_configuration(hand), '_diagnostics.yaml': aggregator_configuration(hand)}
+    if hand.robot is None:
+        texts['.urdf.xacro'] = xacro_description(hand)
+    for end, text in texts.items():
+        path = given.folder / (given.hand.name.split('.')[0] + end)
         path.write_text(text)
         print(path)
     return 0

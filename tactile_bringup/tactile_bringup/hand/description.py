@@ -1,24 +1,31 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the YAML file that lists the sensors of a hand and their mounting poses. Needs no ROS."""
+"""Reads the sensors of a hand and their mounting poses, from a YAML file or from the hand's URDF. Needs no ROS."""
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import yaml
 
 from tactile_driver.errors import BadArgument
 from tactile_perception.sensor_type import SENSOR_TYPES
 
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from .urdf import Pose, Robot
+
 #: Launch arguments of a sensor with the same names; the first two are paths.
 _SETTINGS = ('calibration', 'params', 'device', 'right_device', 'rate', 'scene')
 _PATHS = _SETTINGS[:2]
 _KEYS = ('name', 'type', 'parent', 'xyz', 'rpy', 'quaternion', *_SETTINGS)
 _NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
+_DESCRIPTIONS = ('.urdf', '.xacro', '.xml')
 _UNIT = 1e-3  # chosen: largest deviation of a quaternion's length from 1
 
 
@@ -45,15 +52,53 @@ class HandSensor:
 
 @dataclass(frozen=True)
 class Hand:
-    """frame: root frame, parent of all sensors, directly or through another sensor; sensors: in the order of the file."""
+    """The sensors of a hand.
+
+    Attributes
+    ----------
+    frame : str
+        Root frame, parent of all sensors, directly or through others.
+    sensors : tuple of HandSensor
+        In the order of the file. Those of a URDF have the pose in `frame` that they have while all joints are at position 0.
+    robot : Robot or None
+        Links and joints of the URDF; None for a hand of a YAML file.
+    """
 
     frame: str
     sensors: tuple[HandSensor, ...]
+    robot: Robot | None = None
+
+    def pose(self, sensor: HandSensor, positions: Mapping[str, float]) -> Pose | None:
+        """Rotation and origin (3,), m, of a sensor's frame in the hand's; None where a joint or the parent frame is unknown.
+
+        positions: joint -> rad or m.
+        """
+        from .urdf import chained, mounting
+        if self.robot is not None:
+            needed = (joint.source for joint in self.robot.chain(sensor.frame) if joint.is_movable)
+            return self.robot.pose(sensor.frame, positions) if all(name in positions for name in needed) else None
+        by_frame = {other.frame: other for other in self.sensors}
+        own = mounting(sensor.xyz, sensor.quaternion)
+        if sensor.parent not in by_frame:
+            return own if sensor.parent == self.frame else None
+        parent = self.pose(by_frame[sensor.parent], positions)
+        return None if parent is None else chained(parent, own)
 
 
 def read_hand(path: str | Path) -> Hand:
-    """Read a hand file. Raises BadArgument with one line that names the fault and its place."""
-    path, where = Path(path).expanduser(), ''
+    """Read a hand from a YAML file, a URDF (.urdf, .xml) or a xacro file.
+
+    Raises
+    ------
+    BadArgument
+        With one line that names the fault and its position in the file.
+    """
+    path = Path(path).expanduser()
+    return _read_description(path) if path.suffix in _DESCRIPTIONS else _read_yaml(path)
+
+
+def _read_yaml(path: Path) -> Hand:
+    where = ''
     try:
         page = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -71,6 +116,42 @@ def read_hand(path: str | Path) -> Hand:
     except BadArgument as error:
         raise BadArgument(f'hand {path}: {where}{error}') from error
     return Hand(frame, tuple(sensors))
+
+
+def _read_description(path: Path) -> Hand:
+    from .urdf import read_robot, read_xml  # SciPy takes a second to import, and hands of a YAML file do not need it
+    where = ''
+    try:
+        robot, elements = read_robot(read_xml(path))
+        if not elements:
+            raise BadArgument('holds no tactile_sensor; tactile_sensors.xacro of tactile_bringup has a macro for each type')
+        at_zero = dict.fromkeys(robot.positioned, 0.0)
+        sensors = []
+        for element in elements:
+            where = f'sensor {element.get("name", "without a name")}: '
+            sensors.append(_described_sensor(element, robot, at_zero, path.parent))
+        where = ''
+        _check_frames(sensors, robot.root)
+    except BadArgument as error:
+        raise BadArgument(f'hand {path}: {where}{error}') from error
+    return Hand(robot.root, tuple(sensors), robot)
+
+
+def _described_sensor(element: Element, robot: Robot, at_zero: Mapping[str, float], folder: Path) -> HandSensor:
+    """The sensor of a tactile_sensor element. Raises BadArgument."""
+    settings = {key: value for child in element.findall('settings') for key, value in child.items() if value}
+    entry = {'name': element.get('name'), 'type': element.get('type'), **settings}
+    for key in settings:
+        if key not in _SETTINGS:
+            raise BadArgument(f'setting {key!r} is unknown; known are {", ".join(_SETTINGS)}')
+    link = element.get('link', '')
+    if link != robot.root and link not in robot.joints:
+        raise BadArgument(f'there is no link {link}; the links are {", ".join([robot.root, *robot.joints])}')
+    sensor = _sensor(entry, robot.root, folder)
+    if link != sensor.frame:
+        raise BadArgument(f'its link is {link}, but must have the name of the sensor frame, {sensor.frame}')
+    rotation, origin = robot.pose(link, at_zero)
+    return replace(sensor, xyz=tuple(origin.tolist()), quaternion=tuple(rotation.as_quat().tolist()))
 
 
 def _sensor(entry: object, hand_frame: str, folder: Path) -> HandSensor:
@@ -143,7 +224,7 @@ def _check_frames(sensors: list[HandSensor], hand_frame: str) -> None:
         parents[sensor.frame] = sensor.parent
     for sensor in sensors:
         frame = sensor.frame
-        for _ in sensors:  # a way to the root has no more steps
+        for _ in sensors:  # a path to the root has no more steps
             frame = parents.get(frame, hand_frame)
         if frame in parents:
-            raise BadArgument(f'sensor {sensor.name}: parent {sensor.parent} hangs on the sensor itself')
+            raise BadArgument(f'sensor {sensor.name}: its parent frame {sensor.parent} is mounted on the sensor itself')

@@ -111,10 +111,10 @@ def processes(plan: SensorPlan, composed: bool, playing: Playing, apart: str = '
     return started
 
 
-def hand_frames(hand: str | Path) -> Node:
-    """The process that publishes the frames of the sensors of a hand; hand: its file."""
-    return Node(package='tactile_bringup', executable='hand_frames_node', output='screen', **_RESPAWN, on_exit=end_if_wrong,
-                parameters=[{'hand': absolute(hand)}])
+def hand_node(hand: str | Path, publish_frames: bool = True, simulated_joints: bool = False) -> Node:
+    """The process that publishes the frames and the contacts of a hand; hand: its file; the others: parameters of the node."""
+    return Node(package='tactile_bringup', executable='hand_node', output='screen', **_RESPAWN, on_exit=end_if_wrong,
+                parameters=[{'hand': absolute(hand), 'publish_frames': publish_frames, 'simulated_joints': simulated_joints}])
 
 
 def absolute(path: str | Path) -> str:

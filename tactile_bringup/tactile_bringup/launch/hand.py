@@ -7,6 +7,8 @@ from pathlib import Path
 
 from launch import LaunchDescription
 from launch.actions import LogInfo
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_perception.sensor_type import SENSOR_TYPES
@@ -20,7 +22,7 @@ from .arguments import (
     Texts,
     check_choices,
     description,
-    hand_frames,
+    hand_node,
     optional,
     processes,
     sensor_arguments,
@@ -40,7 +42,8 @@ def hand_description() -> LaunchDescription:
 def hand_arguments() -> Texts:
     """The arguments of hand.launch.py; those of single sensors are in the YAML file of the hand."""
     return {
-        'hand': (share('hands', 'example_hand.yaml'), 'YAML file with the sensors of the hand; where none is given an example'),
+        'hand': (share('hands', 'example_hand.yaml'), 'YAML file with the sensors of the hand; without it an example'),
+        'description': ('', "the hand's URDF or xacro file with its sensors, in place of a YAML file"),
         'source': ('sim', 'where data comes from: ' + ', '.join(_CHOICES['source'])),
         'path': ('', 'bag: a recording of the hand: a bag with the topics of all sensors, or a folder with one of each, as record makes'),
         'composed': ('true', 'true: one process for each sensor; false: one for each node, for debugging'),
@@ -58,6 +61,10 @@ def hand_actions(values: dict[str, str]) -> list:
     check_choices(values, _CHOICES)
     if values['record'] and Path(values['record']).exists():
         raise BadArgument(f'record:={values["record"]} exists already: choose another name or remove it')
+    if values['description']:
+        if values['hand'] != share('hands', 'example_hand.yaml'):
+            raise BadArgument('hand and description are both given; give one')
+        values = {**values, 'hand': values['description']}
     hand = read_hand(values['hand'])
     plans = {sensor.name: planned_sensor(sensor, values) for sensor in hand.sensors}
     for sensor in hand.sensors:
@@ -65,7 +72,16 @@ def hand_actions(values: dict[str, str]) -> list:
     playing = Playing(sum(plan.ends for plan in plans.values()))
     return [*(LogInfo(msg=f'{name}: {plan.note}') for name, plan in plans.items() if plan.note),
             *(node for plan in plans.values() for node in processes(plan, values['composed'] == 'true', playing)),
-            hand_frames(values['hand']), *_shown(hand, values['rviz'] == 'true', values['aggregator'] == 'true')]
+            *_frames(hand, values), *_shown(hand, values['rviz'] == 'true', values['aggregator'] == 'true')]
+
+
+def _frames(hand: Hand, values: dict[str, str]) -> list:
+    """One publisher of the frames: robot_state_publisher for a hand with a URDF where it is installed, else hand_node."""
+    state_publisher = optional('robot_state_publisher', 'robot_state_publisher', parameters=[
+        {'robot_description': ParameterValue(hand.robot.text, value_type=str)}]) if hand.robot else []
+    has_publisher = any(isinstance(action, Node) for action in state_publisher)
+    return [*(state_publisher if has_publisher else ()),
+            hand_node(values['hand'], not has_publisher, hand.robot is not None and values['source'] == 'sim')]
 
 
 def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> SensorPlan:

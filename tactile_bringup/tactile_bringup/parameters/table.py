@@ -93,8 +93,12 @@ CALIBRATE_PARAMETERS = (
     Parameter('output', str, '', '', 'calibration file to write; the presses are kept in a folder beside it', read_only=True),
 )
 
-HAND_FRAMES_PARAMETERS = (
-    Parameter('hand', str, '', '', 'YAML file with the sensors of the hand', read_only=True),
+HAND_PARAMETERS = (
+    Parameter('hand', str, '', '', 'YAML file with the sensors of the hand, or its URDF or xacro file', read_only=True),
+    Parameter('publish_frames', bool, True, '', 'publish the frames on /tf and /tf_static; false where robot_state_publisher does',
+              read_only=True),
+    Parameter('simulated_joints', bool, False, '', 'of a URDF: move all joints slowly on /joint_states while nobody else does',
+              read_only=True),
 )
 
 #: Frames/s of the demo's video, and its pictures; chosen: half a camera's usual 30, for drawing and encoding take most of a core.

@@ -18,7 +18,7 @@ from std_msgs.msg import String
 from tactile_bringup import share
 from tactile_bringup.hand.configurations import main
 from tactile_bringup.hand.description import HandSensor, read_hand
-from tactile_bringup.launch import arguments as module, recorded
+from tactile_bringup.launch import arguments as module, hand as launch_of_hand, recorded
 from tactile_bringup.launch.arguments import (
     Playing,
     SensorPlan,
@@ -312,9 +312,26 @@ def test_the_example_hand_is_a_process_for_each_sensor_and_one_for_the_frames():
     found = hand_of_nodes()
     assert notes(found) == []
     assert [nodes[0] for nodes in processes_of(found)] == ['camera_node', 'camera_node', 'psd_node', 'taxel_array_node', 'dual_camera_node',
-                                                           'hand_frames_node']
+                                                           'hand_node']
     alone = [node for nodes in processes_of(hand_of_nodes(composed='false')) for node in nodes]
-    assert alone.count('camera_node') == 2 and alone[-1] == 'hand_frames_node' and len(alone) == 5 * 3 + 1
+    assert alone.count('camera_node') == 2 and alone[-1] == 'hand_node' and len(alone) == 5 * 3 + 1
+
+
+@pytest.mark.parametrize('has_publisher', [True, False])
+def test_a_described_hand_has_one_publisher_of_its_frames(monkeypatch, has_publisher):
+    publisher = Node(package='robot_state_publisher', executable='robot_state_publisher') if has_publisher else LogInfo(msg='missing')
+    asked = []
+    monkeypatch.setattr(launch_of_hand, 'optional', lambda *_args, **_how: [publisher])
+    monkeypatch.setattr(launch_of_hand, 'hand_node', lambda *given: asked.append(given) or LogInfo(msg=''))
+    found = hand_of_nodes(description=share('urdf', 'gripper.urdf.xacro'))
+    assert [nodes[0] for nodes in processes_of(found)][:2] == ['taxel_array_node', 'camera_node']
+    assert (publisher in found) == has_publisher
+    assert asked == [(share('urdf', 'gripper.urdf.xacro'), not has_publisher, True)]
+
+
+def test_a_hand_and_a_description_are_one_too_many(tmp_path):
+    with pytest.raises(BadArgument, match='hand and description are both given; give one'):
+        hand_of_nodes(hand=str(tmp_path / 'hand.yaml'), description=share('urdf', 'gripper.urdf.xacro'))
 
 
 def test_a_simulated_hand_has_the_specimens_parameters_whatever_the_real_ones_are():
@@ -420,8 +437,8 @@ def test_settings_are_text_and_paths_beside_the_file(tmp_path):
     ([{**THUMB, 'rpy': [0, 0, 0], 'quaternion': [0, 0, 0, 1]}], 'both given'),
     ([{**THUMB, 'device': ['a']}], "device is \\['a'\\]"),
     ([{**THUMB, 'right_device': 'b'}], 'right_device: a sensor of type .* has one camera at most'),
-    ([{**THUMB, 'parent': 'thumb'}], 'hangs on the sensor itself'),
-    ([{**THUMB, 'parent': 'index'}, {**THUMB, 'name': 'index', 'parent': 'thumb'}], 'sensor thumb: parent index hangs on'),
+    ([{**THUMB, 'parent': 'thumb'}], 'parent frame thumb is mounted on the sensor itself'),
+    ([{**THUMB, 'parent': 'index'}, {**THUMB, 'name': 'index', 'parent': 'thumb'}], 'sensor thumb: its parent frame index is mounted on'),
     (['thumb'], 'number 1: a sensor must have the form key: value'), ([], 'sensors must be a list of one sensor or more')])
 def test_what_is_wrong_is_reported_in_one_line_with_its_place(tmp_path, sensors, reported):
     with pytest.raises(BadArgument, match=reported) as raised:
@@ -439,10 +456,10 @@ def test_a_file_that_is_no_hand(tmp_path, text):
         read_hand(tmp_path / 'none.yaml')
 
 
-def test_both_files_are_written_and_named(tmp_path, capsys):
+def test_all_files_are_written_and_named(tmp_path, capsys):
     assert main([str(EXAMPLE), str(tmp_path / 'out')]) == 0
     written = [Path(line) for line in capsys.readouterr().out.splitlines()]
-    assert [path.name for path in written] == ['example_hand.rviz', 'example_hand_diagnostics.yaml']
+    assert [path.name for path in written] == ['example_hand.rviz', 'example_hand_diagnostics.yaml', 'example_hand.urdf.xacro']
     displays = yaml.safe_load(written[0].read_text())['Visualization Manager']['Displays']
     assert sum(d.get('Topic', {}).get('Value', '').endswith('/markers') for d in displays) == 5
     assert len(yaml.safe_load(written[1].read_text())['analyzers']['ros__parameters']) == 6

@@ -25,8 +25,8 @@ def test_a_line_for_each_node_with_its_numbers():
     text = shown.text(10.5)
     assert line_of(text, 'camera_node') == ['left/thumb', 'camera_node', 'running', '30.0', '12.3', '0.02', '2', '7', 'ok']
     assert line_of(text, 'dot_tracker_node') == ['left/thumb', 'dot_tracker_node', 'idle', '-', '-', '-', '0', '7', 'ok']
-    shown.add('/hand_frames_node: frames', OK, '', {}, 10.0)
-    assert line_of(shown.text(10.5), 'hand_frames_node')[0] == '-' and shown.faulty(10.5) == 0
+    shown.add('/hand_node: hand', OK, '', {}, 10.0)
+    assert line_of(shown.text(10.5), 'hand_node')[0] == '-' and shown.faulty(10.5) == 0
 
 
 def test_a_fault_is_reported_and_remembered_when_it_is_over():

@@ -1,0 +1,95 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The contacts of all sensors of a hand in its root frame, on /hand/contacts."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from functools import partial
+
+import numpy as np
+from geometry_msgs.msg import Point, Vector3
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
+from tactile_msgs.msg import Contact, Contacts, HandContacts
+
+from ..hand.description import Hand, HandSensor
+from .hand_joints import JointPositions
+
+RATE = 50.0  # Hz at most; a controller's, slower than the fastest sensor
+MAX_AGE_NS = 500_000_000  # an older message of a sensor says nothing about now
+_UNKNOWN_POSE = np.full((3, 3), np.nan), np.full(3, np.nan)
+
+
+class HandContactsPublisher:
+    """Subscribes to the contacts of all sensors while somebody subscribes to /hand/contacts, and publishes them in the hand's root frame.
+
+    Parameters
+    ----------
+    node, host : Node, Host
+        Where it runs.
+    hand : Hand
+        The sensors and where they are.
+    positions : JointPositions
+        Of the joints that move sensors.
+    """
+
+    def __init__(self, node: Node, host: Host, hand: Hand, positions: JointPositions):
+        self._node, self._host, self._hand, self._positions = node, host, hand, positions
+        self._latest: dict[str, Contacts] = {}
+        self._is_new = False
+        self._ends: list[Callable[[], None]] = []
+        self._publisher = node.create_publisher(
+            HandContacts, '/hand/contacts', STREAM_QOS,
+            event_callbacks=PublisherEventCallbacks(matched=lambda _info: self._follow_demand()))
+        steady_timer(node, 1.0 / RATE, self._publish)
+
+    def _follow_demand(self) -> None:
+        wanted = self._publisher.get_subscription_count() > 0
+        if wanted and not self._ends:
+            self._ends = [self._host.listen(self._node, Contacts, f'/{sensor.name}/contacts', partial(self._take, sensor.name),
+                                            QoSProfile(depth=1)) for sensor in self._hand.sensors]
+        elif not wanted:
+            for end in self._ends:
+                end()
+            self._ends, self._latest, self._is_new = [], {}, False
+
+    def _take(self, name: str, message: Contacts, _received_ns: int) -> None:
+        self._latest[name], self._is_new = message, True
+
+    def _publish(self) -> None:
+        if not self._is_new:
+            return
+        self._is_new = False
+        newest = max(self._latest.values(), key=lambda message: stamp_ns_of(message.header))
+        found = HandContacts()
+        found.header.stamp, found.header.frame_id = newest.header.stamp, self._hand.frame
+        for sensor in self._hand.sensors:
+            message = self._latest.get(sensor.name)
+            if message is not None and stamp_ns_of(newest.header) - stamp_ns_of(message.header) <= MAX_AGE_NS and message.contacts:
+                rotation, origin = self._pose(sensor, stamp_ns_of(message.header))
+                found.contacts += [transformed(contact, rotation, origin) for contact in message.contacts]
+                found.sensors += [sensor.name] * len(message.contacts)
+        self._publisher.publish(found)
+
+    def _pose(self, sensor: HandSensor, stamp_ns: int) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation matrix (3, 3) and origin (3,), m, of the sensor frame in the hand's root frame; NaN where a joint's position or the
+        parent frame is unknown."""
+        pose = self._hand.pose(sensor, self._positions.at(stamp_ns))
+        return _UNKNOWN_POSE if pose is None else (pose[0].as_matrix(), pose[1])
+
+
+def transformed(contact: Contact, rotation: np.ndarray, origin: np.ndarray) -> Contact:
+    """A contact in another frame, in which the present frame has a pose: rotation (3, 3), origin (3,), m."""
+    found, p, n = copy(contact), contact.position, contact.normal
+    x, y, z = (rotation @ [p.x, p.y, p.z] + origin).tolist()
+    found.position = Point(x=x, y=y, z=z)
+    x, y, z = (rotation @ [n.x, n.y, n.z]).tolist()
+    found.normal = Vector3(x=x, y=y, z=z)
+    found.position_covariance = (rotation @ np.reshape(contact.position_covariance, (3, 3)) @ rotation.T).ravel()
+    return found
