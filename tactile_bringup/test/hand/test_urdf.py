@@ -51,7 +51,7 @@ def test_a_joint_that_mimics_another_needs_no_position_of_its_own(tmp_path):
 @pytest.mark.parametrize(('parts', 'reported'), [
     ((PALM, BEND, MOUNT), 'holds no tactile_sensor'),
     ((PALM, BEND, MOUNT, TIP.replace('link="tip"', 'link="top"')), 'sensor tip: there is no link top; the links are palm, finger, tip'),
-    ((PALM, BEND, MOUNT, TIP.replace('link="tip"', 'link="finger"')), 'its link is finger, but must have the name of the sensor frame, tip'),
+    ((PALM, BEND, MOUNT, TIP.replace('link="tip"', 'link="finger"')), 'its link is finger, but must have the name of the sensor frame'),
     ((PALM, BEND, MOUNT, TIP, TIP), 'sensor tip: its name is taken'),
     ((PALM, BEND, MOUNT, TIP.replace('psd_finger', 'nose')), "sensor tip: type 'nose' is unknown; choose one of touchpad, "),
     ((PALM, BEND, MOUNT, TIP.replace('rate', 'speed')), "sensor tip: setting 'speed' is unknown; known are calibration, "),
