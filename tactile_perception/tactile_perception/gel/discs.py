@@ -17,8 +17,10 @@ _CANDIDATES = 220  # positions of the coarse search; a finer one ends in the sam
 _CANDIDATE_RADII = 1.4  # ratio of neighbouring radii of the coarse search; the same
 _MEAN_STRESS = 0.7  # prior: mean pressure over shear modulus. A ball on a thick incompressible layer has 1.7 a / R (Hertz); a / R about 0.4
 _STRESS_SPREAD = 0.35  # prior: standard deviation of its logarithm: a factor of 1.4, as a / R from 0.3 to 0.6
-_DOWN = np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0])  # middle, radius, force: a press is a force down
+_DOWN = np.array([1.0, 1.0, -1.0])  # a press is a force down
 _SMALL, _TINY = 1e-4, 1e-30  # step of a derivative, pitches or a part of the radius; m^2, a force that is none
+_SHIFT = 3e-5  # m; prior: standard deviation of the shift of the gel against its camera, whose holder gives way
+_CORRELATED = 2.0  # pitches; residuals of presses on gels correlate by 0.1 at one pitch, by 0.02 at two
 _MISTAKEN = 0.3  # pitches of residual: a dot that was taken for its neighbour; no press leaves so much
 _STEPS, _DAMPING = 8, 1e-3  # of Gauss and Newton
 _SINGULAR = 1e-9  # of the largest candidate's sum of squares, added to each
@@ -61,16 +63,16 @@ class DiscFit:
         Dots of the undeformed gel, m.
     pitch : float
         Distance of neighbouring dots, m.
-    distance : float
-        From the camera to the dots, m; inf where it is not known.
+    camera : ndarray, shape (3,)
+        Position of the camera over the dots, m.
     """
 
-    def __init__(self, loads: DiscLoads, dots: np.ndarray, pitch: float, distance: float):
-        self.loads, self.dots, self.pitch, self.distance = loads, dots, pitch, distance
+    def __init__(self, loads: DiscLoads, dots: np.ndarray, pitch: float, camera: np.ndarray):
+        self.loads, self.dots, self.pitch, self.camera = loads, dots, pitch, camera
         low, high = dots.min(axis=0) - pitch / 2, dots.max(axis=0) + pitch / 2
         self.low, self.high = low, high
-        # What a linear layer leaves unexplained extends over a thickness: so many residuals are independent.
-        self.independent = max(float((high - low).prod()) / loads.layer.thickness**2, 6.0)
+        # What a linear layer leaves unexplained of real presses is not correlated over two pitches: so many residuals are independent.
+        self.independent = max(float((high - low).prod()) / (_CORRELATED * pitch)**2, 6.0)
         step = max(pitch / 2, float(np.sqrt((high - low).prod() / _CANDIDATES)))
         x, y = (np.linspace(a, b, max(int((b - a) / step), 2)) for a, b in zip(low, high))
         middles = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
@@ -81,7 +83,7 @@ class DiscFit:
         self._even = np.linalg.qr(even)[0]
         bases = []
         for radius in radii:
-            columns = loads.matrix(dots, middles, radius, distance).reshape(len(middles), 2 * count, 3)
+            columns = loads.matrix(dots, middles, radius, camera).reshape(len(middles), 2 * count, 3)
             columns = columns - self._even @ (self._even.T @ columns)
             gram = columns.transpose(0, 2, 1) @ columns
             size = np.trace(gram, axis1=1, axis2=2)  # nearly 0 for a disc that moves no dot; such a candidate explains nothing
@@ -127,13 +129,13 @@ class DiscFit:
     def _contacts(self, seen: np.ndarray, moved: np.ndarray, sigma: float) -> tuple[list[Disc], np.ndarray]:
         """Contacts, and what they leave of the displacements (D, 2), m, 0 where not seen. A disc more must be worth its parameters."""
         problem = _Problem(self, seen, moved, sigma)
-        found, shapes = problem.evaluate(np.zeros((0, 3))), np.zeros((0, 3))
+        found, shapes = problem.without_discs(), np.zeros((0, 4))
         while len(shapes) < MAX_CONTACTS:
             start, squares = self._coarse(_filled(self.dots, seen, found.residual), shapes)
             needed = SECOND_EVIDENCE if len(shapes) else FIRST_EVIDENCE
             if problem.gain(found.squares, found.squares - squares) < needed / 2:
                 break  # no refinement doubles the evidence
-            trial = problem.refine(np.vstack([shapes, start]))
+            trial = problem.refine(problem.with_likely_stress(np.vstack([shapes[:, :3], start])), problem.scale(found.squares - squares))
             if problem.gain(found.squares, trial.squares) < needed or len(shapes) and not trial.is_separate():
                 break
             found, shapes = trial, trial.shapes
@@ -142,7 +144,9 @@ class DiscFit:
     def _coarse(self, residual: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
         """Middle and radius (3,) of the candidate beside the known discs (K, 3) that explains most of the residual (D, 2), and how much
         of its sum of squares that is."""
-        squares = ((self._bases @ residual.ravel())**2).reshape(-1, 3).sum(axis=1)
+        loads = (self._bases @ residual.ravel()).reshape(-1, 3)
+        loads[:, 2] = np.maximum(loads[:, 2], 0.0)  # an object presses; the last of the three has the sign of the press
+        squares = (loads**2).sum(axis=1)
         for disc in known:
             squares[_overlap(self._candidates, disc)] = 0.0
         best = int(squares.argmax())
@@ -156,6 +160,7 @@ class _Problem:
         self.fit, self.seen, self.dots = fit, seen, fit.dots[seen]
         self.even = np.linalg.qr(_even(self.dots, fit.dots.mean(axis=0), fit.pitch))[0]
         self.data = self.without_even(moved[seen].ravel())
+        self.shift = self.without_even(np.tile(np.eye(2), (len(self.dots), 1)))
         self.floor = 2 * seen.sum() * sigma**2
 
     def without_even(self, columns: np.ndarray) -> np.ndarray:
@@ -166,34 +171,56 @@ class _Problem:
         """Twice the logarithm of the ratio of the likelihoods of two fits that leave these sums of squares."""
         return self.fit.independent * float(np.log((before + self.floor) / (max(after, 0.0) + self.floor)))
 
+    def without_discs(self) -> _Evaluation:
+        """What an even motion alone explains."""
+        found, none = None, np.zeros((0, 4))
+        for _ in range(3):  # the shift depends on the residuals' scale, and they on it
+            found = self.evaluate(none, self.scale(found.squares if found else float(self.data @ self.data)))
+        return found
+
     def scale(self, squares: float) -> float:
         """Standard deviation, m, of one of the independent residuals, from their sum of squares."""
         return float(np.sqrt(max(squares, self.floor) / self.fit.independent))
 
     def columns(self, middles: np.ndarray, radius: float) -> np.ndarray:
         """(..., 2 D, 3): displacements under unit loads on discs of one radius at middles (..., 2), less their even part."""
-        columns = self.fit.loads.matrix(self.dots, middles, radius, self.fit.distance)
+        columns = self.fit.loads.matrix(self.dots, middles, radius, self.fit.camera)
         return self.without_even(columns.reshape(*middles.shape[:-1], 2 * len(self.dots), 3))
 
-    def evaluate(self, shapes: np.ndarray) -> _Evaluation:
-        """The loads that fit best on discs of shapes (K, 3): middle and radius."""
-        matrix = np.concatenate([np.zeros((len(self.data), 0)), *(self.columns(shape[:2], shape[2]) for shape in shapes)], axis=1)
-        inverse = np.linalg.inv(matrix.T @ matrix) @ matrix.T
-        force = inverse @ self.data
-        return _Evaluation(self, shapes, matrix, inverse, force.reshape(-1, 3), self.data - matrix @ force)
+    def evaluate(self, shapes: np.ndarray, scale: float) -> _Evaluation:
+        """The shift and the shears that fit best with pressed discs of shapes (K, 4): middle, radius, mean pressure over shear modulus;
+        scale: m, of a residual, against which the shift's prior counts."""
+        columns = [self.columns(shape[:2], shape[2]) for shape in shapes]
+        linear = np.concatenate([self.shift, *(c[:, :2] for c in columns)], axis=1)
+        presses = np.pi * shapes[:, 2]**2 * shapes[:, 3]
+        unpressed = self.data - sum((c[:, 2] * press for c, press in zip(columns, presses)), np.zeros(len(self.data)))
+        prior = np.zeros(linear.shape[1])
+        prior[:2] = (scale / _SHIFT)**2
+        inverse = np.linalg.inv(linear.T @ linear + np.diag(prior)) @ linear.T
+        found = inverse @ unpressed
+        return _Evaluation(self, shapes, columns, linear, inverse, found[:2], np.column_stack([found[2:].reshape(-1, 2), presses]),
+                           unpressed - linear @ found)
 
-    def refine(self, shapes: np.ndarray) -> _Evaluation:
-        """Gauss and Newton on the shapes, with the loads eliminated (variable projection, in Kaufman's form)."""
-        fit, now, damping = self.fit, self.evaluate(shapes), _DAMPING
+    def with_likely_stress(self, shapes: np.ndarray) -> np.ndarray:
+        """(K, 4): shapes (K, 3), the mean pressure of each being the one that fits best within two standard deviations of its prior."""
+        matrix = np.concatenate([self.columns(shape[:2], shape[2]) for shape in shapes], axis=1)
+        presses = np.linalg.lstsq(matrix, self.data, rcond=None)[0][2::3]
+        low, high = _MEAN_STRESS * np.exp([-2 * _STRESS_SPREAD, 2 * _STRESS_SPREAD])
+        return np.column_stack([shapes, np.clip(presses / (np.pi * shapes[:, 2]**2), low, high)])
+
+    def refine(self, shapes: np.ndarray, scale: float) -> _Evaluation:
+        """Gauss and Newton on the shapes (K, 4), with shift and shears eliminated (variable projection, in Kaufman's form); scale: m, of a
+        residual, to start with."""
+        fit, now, damping = self.fit, self.evaluate(shapes, scale), _DAMPING
         for _ in range(_STEPS):
             scale = self.scale(now.squares)
             vector, slopes = now.vector(scale), now.slopes(scale)
             normal = slopes.T @ slopes
-            step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slopes.T @ vector).reshape(-1, 3)
+            step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slopes.T @ vector).reshape(-1, 4)
             step = np.clip(step, -1.0, 1.0)
             middle = np.clip(now.shapes[:, :2] + step[:, :2] * fit.pitch, fit.low, fit.high)
             radius = np.clip(now.shapes[:, 2] * np.exp(step[:, 2]), fit.loads.radii[0], fit.loads.radii[-1])
-            trial = self.evaluate(np.column_stack([middle, radius]))
+            trial = self.evaluate(np.column_stack([middle, radius, now.shapes[:, 3] * np.exp(step[:, 3])]), scale)
             if np.sum(trial.vector(scale)**2) >= vector @ vector:
                 damping = 25 * max(damping, _DAMPING)
                 continue
@@ -205,13 +232,16 @@ class _Problem:
 
 @dataclass(frozen=True)
 class _Evaluation:
-    """Discs with the loads that fit best. shapes: (K, 3) m; matrix: (2 D, 3 K) and inverse, its pseudoinverse; force: (K, 3) m^2, the
-    press positive; left: (2 D,) m, residuals."""
+    """Discs with the shift and the shears that fit best. shapes: (K, 4) m, m, m, 1; columns: K times (2 D, 3), displacements under unit
+    loads; linear: (2 D, 2 + 2 K) under a unit shift and unit shears, and inverse, its pseudoinverse with the shift's prior; shift: (2,) m;
+    force: (K, 3) m^2, the press positive; left: (2 D,) m, residuals."""
 
     problem: _Problem
     shapes: np.ndarray
-    matrix: np.ndarray
+    columns: list[np.ndarray]
+    linear: np.ndarray
     inverse: np.ndarray
+    shift: np.ndarray
     force: np.ndarray
     left: np.ndarray
 
@@ -229,52 +259,57 @@ class _Evaluation:
 
     def vector(self, scale: float) -> np.ndarray:
         """Residuals over their scale, m, and those of the prior of the mean pressure."""
-        stress = np.maximum(np.abs(self.force[:, 2]), _TINY) / (np.pi * self.shapes[:, 2]**2)
-        return np.concatenate([self.left / scale, np.log(stress / _MEAN_STRESS) / _STRESS_SPREAD])
+        return np.concatenate([self.left / scale, np.log(self.shapes[:, 3] / _MEAN_STRESS) / _STRESS_SPREAD])
 
     def turns(self) -> np.ndarray:
-        """(2 D, 3 K): how the displacements change with the middles, in pitches, and the logarithms of the radii, under the same loads."""
+        """(2 D, 4 K): how the displacements change with the middles, in pitches, and the logarithms of radii and mean pressures, under the
+        same shears."""
         problem, found = self.problem, []
-        for k, (shape, force) in enumerate(zip(self.shapes, self.force)):
+        for shape, force, columns in zip(self.shapes, self.force, self.columns):
             moved = problem.columns(shape[:2] + _SMALL * problem.fit.pitch * np.eye(2), shape[2])
             grown = problem.columns(shape[:2], shape[2] * (1 + _SMALL))
-            found += [(other - self.matrix[:, 3 * k:3 * k + 3]) @ force / _SMALL for other in (*moved, grown)]
+            larger = grown * np.array([1.0, 1.0, (1 + _SMALL)**2])
+            found += [(other - columns) @ force / _SMALL for other in (*moved, larger)] + [columns[:, 2] * force[2]]
         return np.array(found).T
 
     def slopes(self, scale: float) -> np.ndarray:
-        """(2 D + K, 3 K) of vector."""
+        """(2 D + K, 4 K) of vector."""
         turns, count = self.turns(), len(self.shapes)
-        change = self.inverse @ turns  # of the loads, negative
-        press = -change[2::3] / np.where(self.force[:, 2] == 0, _TINY, self.force[:, 2])[:, None]
-        press[np.arange(count), np.arange(2, 3 * count, 3)] -= 2.0
-        return np.concatenate([-(turns - self.matrix @ change) / scale, press / _STRESS_SPREAD])
+        prior = np.zeros((count, 4 * count))
+        prior[np.arange(count), np.arange(3, 4 * count, 4)] = 1 / _STRESS_SPREAD
+        return np.concatenate([-(turns - self.linear @ (self.inverse @ turns)) / scale, prior])
 
     def is_separate(self) -> bool:
-        """Whether the last disc is a contact of its own: all press, and it overlaps none."""
-        return bool((self.force[:, 2] > 0).all()) and not any(_overlap(self.shapes[-1:], other).any() for other in self.shapes[:-1])
+        """Whether the last disc overlaps none of the others."""
+        return not any(_overlap(self.shapes[-1:], other).any() for other in self.shapes[:-1])
 
     def discs(self) -> list[Disc]:
         """The contacts, the hardest press first."""
         if not len(self.shapes):
             return []
         covariances = self._covariances()
-        found = [Disc(shape[:2], float(shape[2]), force * _DOWN[3:], covariance)
+        found = [Disc(shape[:2], float(shape[2]), force * _DOWN, covariance)
                  for shape, force, covariance in zip(self.shapes, self.force, covariances)]
         return sorted(found, key=lambda disc: disc.force[2])
 
     def _covariances(self) -> list[np.ndarray]:
-        """(6, 6) of each disc (Disc.covariance), all loads and shapes being unknown."""
+        """(6, 6) of each disc (Disc.covariance), all shears and shapes being unknown."""
         count, scale = len(self.shapes), self.problem.scale(self.squares)
-        turns = self.turns().reshape(-1, count, 3)
-        full = np.concatenate([turns, self.matrix.reshape(-1, count, 3)], axis=2).reshape(-1, 6 * count) / scale
-        prior = np.zeros((count, 6 * count))
-        for k, press in enumerate(self.force[:, 2]):
-            prior[k, 6 * k + 2], prior[k, 6 * k + 5] = -2 / _STRESS_SPREAD, 1 / (_STRESS_SPREAD * (press or _TINY))
+        full = np.concatenate([self.turns().reshape(-1, count, 4), self.linear[:, 2:].reshape(-1, count, 2)], axis=2)
+        full = np.concatenate([full.reshape(-1, 6 * count), self.linear[:, :2]], axis=1) / scale
+        prior = np.zeros((count + 2, 6 * count + 2))
+        prior[np.arange(count), np.arange(3, 6 * count, 6)] = 1 / _STRESS_SPREAD
+        prior[-2:, -2:] = np.eye(2) / _SHIFT
         rows = np.concatenate([full, prior])
         size = np.sqrt((rows**2).sum(axis=0))
         inverse = np.linalg.pinv((rows / size).T @ (rows / size)) / np.outer(size, size)
-        unit = np.array([self.problem.fit.pitch] * 2 + [1.0] * 4) * _DOWN
-        return [inverse[6 * k:6 * k + 6, 6 * k:6 * k + 6] * np.outer(unit, unit) for k in range(count)]
+        found = []
+        for k, press in enumerate(self.force[:, 2]):
+            to_disc = np.zeros((6, 6))  # from middle in pitches, logarithms of radius and mean pressure, shears
+            to_disc[[0, 1, 2, 3, 4], [0, 1, 2, 4, 5]] = self.problem.fit.pitch, self.problem.fit.pitch, 1.0, 1.0, 1.0
+            to_disc[5, 2:4] = -2 * press, -press
+            found.append(to_disc @ inverse[6 * k:6 * k + 6, 6 * k:6 * k + 6] @ to_disc.T)
+        return found
 
 
 def _overlap(discs: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -283,8 +318,7 @@ def _overlap(discs: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _even(dots: np.ndarray, middle: np.ndarray, pitch: float) -> np.ndarray:
-    """(2 D, 4): displacements of dots (D, 2) that stretch, turn and shear the whole view evenly about its middle. An even shift is none:
-    an object wider than the view that drags the gel makes it."""
+    """(2 D, 4): displacements of dots (D, 2) that stretch, turn and shear the whole view evenly about its middle."""
     x, y = ((dots - middle) / (4 * pitch)).T
     return np.stack([np.stack(pair, axis=1) for pair in ((x, y), (-y, x), (x, -y), (y, x))], axis=-1).reshape(-1, 4)
 

@@ -15,16 +15,12 @@ from ..common.statistics import robust_sigma
 from ..common.surface import Moments, axes
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints, dot_points
 from ..errors import BadArgument, BadFrame
-from .discs import FEWEST, Disc, DiscFit
-from .layer import Layer
+from .discs import FEWEST, Disc
+from .undeformed import UndeformedDots, layer_of
 
-_UNKNOWN_THICKNESS = 2.0  # pitches, of a gel whose thickness is not given: only how far displacements spread depends on it
-_DRIFTED = 0.25  # pitches: a dot whose undeformed position is farther off is another dot
-_UNKNOWN_SHARE = 0.2  # of a frame's dots: when more are new, the dots are laid out anew
 _SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
 _SET, _RECOVERY_S = 0.1, 10.0  # prior: part of a press's displacement that a silicone keeps after it; s in which that falls to a third
 FARTHEST_PX = 1e5  # no camera has so many
-_COARSEST, _FINEST = 4.0, 0.02  # thicknesses from dot to dot: beyond, a press moves one dot only, or all alike
 _LEAST_SIGMA = 0.05  # px: what light that shifts as the skin tilts does to a dot; no detector is better on a moving gel
 _UNSEEN_SIGMA = 0.1  # px: of a detector of dots, before two frames have shown it
 _DEPTH_ERROR = 0.1  # of the depth; measured on simulated gels
@@ -89,12 +85,6 @@ def known_dots(tracks: DotTracks, name: str) -> DotTracks:
     return tracks.take(known)
 
 
-def layer_of(values: Mapping, pitch: float = 1.0) -> Layer:
-    """The layer with these values of GEL_PARAMETERS; pitch: m, of the dots, for an unknown thickness. Raises BadArgument."""
-    thickness = values['gel.thickness'] or _UNKNOWN_THICKNESS * pitch
-    return Layer(thickness, values['gel.poisson_ratio'], values['gel.dot_depth'])
-
-
 class GelEstimator:
     """Estimates contact of an elastic layer from its dots, frame by frame.
 
@@ -105,7 +95,7 @@ class GelEstimator:
     centre : ndarray, shape (2,), optional
         Where the sensor frame's origin is seen, px; None: in the middle of the undeformed dots.
     focal : float
-        Focal length of the camera, px; 0 where it is not known: then depth is taken not to move dots in the image.
+        Focal length of the camera, px; 0 where it is not known: then that of a usual lens.
 
     Raises
     ------
@@ -117,8 +107,8 @@ class GelEstimator:
         layer_of(values)
         self._values, self._friction = values, values['gel.friction']
         self._modulus = values['gel.young_modulus'] / (2 + 2 * values['gel.poisson_ratio']) or np.nan
-        self._pitch, self._scale, self._focal = values['gel.pitch'], values['gel.scale'], focal
-        if not self._pitch > 0 and not self._scale > 0:
+        self._scale, self._focal = values['gel.scale'], focal
+        if not values['gel.pitch'] > 0 and not self._scale > 0:
             if not focal > 0 or not values['camera.translation'][2] > 0:
                 raise BadArgument('parameters gel.pitch and gel.scale are 0 and the camera is not calibrated: one must tell how large the '
                                   'image is')
@@ -129,7 +119,7 @@ class GelEstimator:
 
     def reset(self) -> None:
         """Forget dots, noise and contacts; ids are not used again."""
-        self._noise, self._laid, self._last = DotNoise(), None, {}
+        self._noise, self._undeformed, self._last = DotNoise(), None, {}
         self._force_sigma, self._slip = np.full(3, np.nan), GelSlip(self._friction)
 
     def health(self) -> tuple[str, dict]:
@@ -138,34 +128,34 @@ class GelEstimator:
             ('young_modulus', 'forces are NaN', np.isfinite(self._modulus)),
             ('thickness', 'depth is NaN', self._values['gel.thickness'] > 0)) if not known]
         warning = '; '.join(unknown) + '; measure it (docs/gel.md)' if unknown else ''
-        if self._laid is None:
+        if self._undeformed is None:
             return warning, {}
         error = 'unknown' if np.isnan(self._force_sigma).any() else 'x {:.2g} y {:.2g} z {:.2g} N'.format(*self._force_sigma)
-        return warning, {'scale': f'{1e6 * self._laid.metres:.4g} um a pixel', 'noise of dots': f'{self._noise.sigma:.3f} px',
+        return warning, {'scale': f'{1e6 * self._undeformed.metres:.4g} um a pixel', 'noise of dots': f'{self._noise.sigma:.3f} px',
                          'standard deviation of the force': error}
 
     def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
         """Contact in one frame. Raises BadFrame for too few dots whose undeformed positions are known."""
         tracks = known_dots(tracks, 'dots')
-        if self._laid is None or not self._laid.shows(tracks):
-            self._laid = _LaidOut(tracks, self._values, self._pitch, self._scale, self._centre, self._focal)
-        laid, discs = self._laid, []
+        if self._undeformed is None or not self._undeformed.shows(tracks):
+            self._undeformed = UndeformedDots(tracks, self._values, self._scale, self._centre, self._focal)
+        undeformed, discs = self._undeformed, []
         if self._noise.touched(tracks, stamp_s):
             try:
-                discs = laid.fit.solve(*laid.displacements(tracks), self._noise.sigma * laid.metres)
+                discs = undeformed.fit.solve(*undeformed.displacements(tracks), self._noise.sigma * undeformed.metres)
             except np.linalg.LinAlgError as error:
                 raise BadFrame(f'no press explains how the dots moved ({error}); check them in image_annotated') from error
         return self._result(tracks, discs)
 
     def _result(self, tracks: DotTracks, discs: list[Disc]) -> GelResult:
-        laid = self._laid
-        xy, rest = ((uv - laid.middle) * laid.metres for uv in (tracks.uv, tracks.rest_uv))
+        undeformed = self._undeformed
+        xy, rest = undeformed.to_plane(tracks.uv), undeformed.to_plane(tracks.rest_uv)
         members = [np.hypot(*(rest - disc.middle).T) < disc.radius for disc in discs]
         region = ContactRegionEstimate(tracks.id, np.where(np.any(members, axis=0) if discs else False, STICKING,
                                                            np.full(len(xy), NON_CONTACT)).astype(np.uint8))
         wrench, self._force_sigma = np.zeros(6), np.full(3, np.nan)
         if discs:
-            _describe(region, discs, laid.pitch)
+            _describe(region, discs, undeformed.pitch)
             forces = np.array([_known_force(disc) for disc in discs])
             torque = np.cross([[*disc.middle, 0.0] for disc in discs], forces).sum(axis=0)
             wrench = np.concatenate([forces.sum(axis=0), torque[:2], [np.nan]])  # a turn of an object about its contact is not fitted
@@ -180,11 +170,11 @@ class GelEstimator:
     def _contact(self, disc: Disc, members: np.ndarray) -> ContactEstimate:
         """The contact of a disc, without its number."""
         force = -_known_force(disc)[2]
-        depth = force * self._laid.fit.loads.depression(disc.radius) if self._values['gel.thickness'] > 0 else np.nan
+        depth = force * self._undeformed.fit.loads.depression(disc.radius) if self._values['gel.thickness'] > 0 else np.nan
         covariance = np.zeros((3, 3))
         covariance[:2, :2] = disc.covariance[:2, :2]
         covariance[2, 2] = depth**2 * (_DEPTH_ERROR**2 + disc.covariance[5, 5] / force**2)
-        flags = AT_EDGE if self._laid.at_edge(disc) else 0
+        flags = AT_EDGE if self._undeformed.at_edge(disc) else 0
         return ContactEstimate(0, np.append(disc.middle, -depth), UP.copy(), depth, force * self._modulus, covariance, flags, members)
 
     def _number(self, contacts: list[ContactEstimate]) -> None:
@@ -197,7 +187,7 @@ class GelEstimator:
                 number, self._next = self._next, self._next + 1
             free.pop(number, None)
             contacts[k] = replace(contact, id=number)
-        self._last = {contact.id: (contact.position[:2], self._laid.pitch) for contact in contacts}
+        self._last = {contact.id: (contact.position[:2], self._undeformed.pitch) for contact in contacts}
 
 
 class GelSlip:
@@ -229,66 +219,6 @@ class GelSlip:
         self._state = next_state(self._state, fraction if self._moves else 0.0)
         twist = np.full(3, 0.0 if self._state == NONE else np.nan)  # how fast the object moves over them, dots do not show
         return SlipEstimate(self._state, fraction, twist, twist)
-
-
-class _LaidOut:
-    """The undeformed dots in metres. tracks: the first frame's dots; others: see GelEstimator. Raises BadFrame for dots that lie on each
-    other."""
-
-    def __init__(self, tracks: DotTracks, values: Mapping, pitch: float, scale: float, centre: np.ndarray | None, focal: float):
-        rest, near = tracks.rest_uv, _spacing(tracks)
-        low, high = rest.min(axis=0), rest.max(axis=0)
-        if not near > 0 or not (high - low > near).all():
-            raise BadFrame('the dots at rest lie on each other or on a line; take a new reference, of the untouched gel')
-        self.metres = scale or pitch / near
-        self.middle = (low + high) / 2 if centre is None else centre
-        self.pitch = near * self.metres
-        self._low, self._high = ((corner - self.middle) * self.metres for corner in (low, high))
-        layer = layer_of(values, self.pitch)
-        if not _FINEST * layer.thickness < self.pitch < _COARSEST * layer.thickness:
-            raise BadFrame(f'dots are {self.pitch:.3g} m apart on a gel of {layer.thickness:.3g} m; check the parameters gel.scale, '
-                           'gel.pitch and gel.thickness, or take a new reference')
-        self._grid, self._rest = (tracks.rows, tracks.columns), rest
-        self._index = {number: k for k, number in enumerate(tracks.id.tolist())}
-        dots = (rest - self.middle) * self.metres
-        self.fit = DiscFit(DiscFit.loads_for(layer, dots, self.pitch), dots, self.pitch, self.metres * focal or np.inf)
-
-    def _at(self, tracks: DotTracks) -> np.ndarray:
-        """(N,) index of each of a frame's dots among those laid out, -1 for another dot."""
-        at = np.array([self._index.get(number, -1) for number in tracks.id.tolist()])
-        drifted = np.abs(tracks.rest_uv - self._rest[at]).max(axis=1) > _DRIFTED * self.pitch / self.metres
-        return np.where(drifted, -1, at)
-
-    def shows(self, tracks: DotTracks) -> bool:
-        """Whether nearly all of a frame's dots are laid out."""
-        return (tracks.rows, tracks.columns) == self._grid and np.mean(self._at(tracks) < 0) <= _UNKNOWN_SHARE
-
-    def displacements(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
-        """Which of the dots laid out are seen (D,), and their displacements (D, 2), m."""
-        at = self._at(tracks)
-        seen, moved = np.zeros(len(self._rest), bool), np.zeros(self._rest.shape)
-        seen[at[at >= 0]], moved[at[at >= 0]] = True, tracks.duv[at >= 0] * self.metres
-        return seen, moved
-
-    def at_edge(self, disc: Disc) -> bool:
-        """Whether the contact reaches beyond the outer dots."""
-        return bool((disc.middle - disc.radius < self._low).any() or (disc.middle + disc.radius > self._high).any())
-
-
-def spacing_of(rest: np.ndarray) -> float:
-    """Median distance of the nearest neighbours among rest (M, 2), in its unit."""
-    return float(np.median(np.sort(np.linalg.norm(rest[:, None] - rest, axis=2), axis=1)[:, 1]))
-
-
-def _spacing(tracks: DotTracks) -> float:
-    """Median distance of neighbouring dots at rest, px: of those on a grid along rows and columns, else of each dot and the nearest."""
-    if not tracks.rows:
-        return spacing_of(tracks.rest_uv)
-    grid = np.full((tracks.rows * tracks.columns, 2), np.nan)
-    grid[tracks.id] = tracks.rest_uv
-    grid = grid.reshape(tracks.rows, tracks.columns, 2)
-    steps = np.concatenate([np.linalg.norm(np.diff(grid, axis=axis), axis=2).ravel() for axis in (0, 1)])
-    return float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
 
 
 def _known_force(disc: Disc) -> np.ndarray:

@@ -102,7 +102,7 @@ class DiscLoads:
         """Depression, m, of the surface in the middle of a disc under a unit pressing force."""
         return float(np.interp(radius, self.radii, self._depressions))
 
-    def matrix(self, dots: np.ndarray, middle: np.ndarray, radius: float, distance: float) -> np.ndarray:
+    def matrix(self, dots: np.ndarray, middle: np.ndarray, radius: float, camera: np.ndarray) -> np.ndarray:
         """Apparent displacements of dots under unit loads on a disc.
 
         Parameters
@@ -113,8 +113,9 @@ class DiscLoads:
             Centre of the disc, m.
         radius : float
             Of the disc, m.
-        distance : float
-            From the camera to the dots, m; inf where it is not known. A dot that rises by w seems to move by x w / distance.
+        camera : ndarray, shape (3,)
+            Position of the camera over the dots, m. A dot at x that moves away from the surface's plane by w towards the camera at (c, d)
+            seems to move by (x - c) w / d in that plane.
 
         Returns
         -------
@@ -133,7 +134,6 @@ class DiscLoads:
         found[..., 0, 0] += mean - half
         found[..., 1, 1] += mean - half
         found[..., 2] = unit * pressed[..., None]
-        if np.isfinite(distance):
-            rise = np.concatenate([unit * up[..., None], down[..., None]], axis=-1)
-            found -= (dots / distance)[..., :, None] * rise[..., None, :]
+        rise = np.concatenate([unit * up[..., None], down[..., None]], axis=-1)
+        found -= ((dots - camera[:2]) / camera[2])[..., :, None] * rise[..., None, :]
         return found

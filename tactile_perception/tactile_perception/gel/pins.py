@@ -20,7 +20,8 @@ from ..common.dots import DotTracks
 from ..common.estimates import OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.surface_points import NON_CONTACT, STICKING, dot_points
 from ..errors import BadCalibration
-from .estimator import UP, DotNoise, GelResult, known_dots, spacing_of
+from .estimator import UP, DotNoise, GelResult, known_dots
+from .undeformed import spacing_of
 
 _EDGE = 0.5  # of the greatest displacement: pins beside the contact move less
 _REACH, _OWN = 1.0, 1e-3  # spacings: over so far pins move alike; variance of their own part over that

@@ -14,9 +14,10 @@ from ..common.dots import DotTracks
 from ..dots.stage import DotStage
 from ..dots.tracker import DotTracker
 from ..nodes.messages import conversions as convert
-from .estimator import GelEstimator, layer_of
+from .estimator import GelEstimator
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR, PinEstimator, PinModel
+from .undeformed import layer_of
 
 
 class _ImageStage(DotStage):

@@ -17,9 +17,9 @@ from ..dots.tracker import make_tracker
 from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
-from .estimator import spacing_of
 from .parameters import PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR, fit_pins, smoothed
+from .undeformed import spacing_of
 
 
 def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
