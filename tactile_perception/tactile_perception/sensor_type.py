@@ -58,7 +58,7 @@ class SensorType:
     calibrate : str
         Function of (bags, params, output, namespace, serial, **options) that writes a calibration file and returns a report; ``''``, none.
     calibrate_options : tuple of str
-        The options of `calibrate` that the function takes: ``sphere_radius``, ``plate``.
+        The options of `calibrate` that the function takes: ``sphere_radius``, ``plate``, ``weight``.
     pressed_surface : str
         Function of a parameter file that returns the undeformed surface on which a guided calibration presses: a `MarkerSensor`, or the
         radius of a hemisphere in m; ``''``, where a guided calibration does not press.

@@ -96,6 +96,8 @@ class GelEstimator:
         Where the sensor frame's origin is seen, px; None: in the middle of the undeformed dots.
     focal : float
         Focal length of the camera, px; 0 where it is not known: then that of a usual lens.
+    force_error : float
+        Standard deviation of the pressing force, of the force itself, beside that from the dots' noise.
 
     Raises
     ------
@@ -103,8 +105,9 @@ class GelEstimator:
         For values that are no gel.
     """
 
-    def __init__(self, values: Mapping, centre: np.ndarray | None = None, focal: float = 0.0):
+    def __init__(self, values: Mapping, centre: np.ndarray | None = None, focal: float = 0.0, force_error: float = _FORCE_ERROR):
         layer_of(values)
+        self._force_error = force_error
         self._values, self._friction = values, values['gel.friction']
         self._modulus = values['gel.young_modulus'] / (2 + 2 * values['gel.poisson_ratio']) or np.nan
         self._scale, self._focal = values['gel.scale'], focal
@@ -121,6 +124,20 @@ class GelEstimator:
         """Forget dots, noise and contacts; ids are not used again."""
         self._noise, self._undeformed, self._last = DotNoise(), None, {}
         self._force_sigma, self._slip = np.full(3, np.nan), GelSlip(self._friction)
+
+    @property
+    def force_sigma(self) -> np.ndarray:
+        """(3,) N: standard deviations of the force in the last frame; NaN where nothing touches, or without a modulus."""
+        return self._force_sigma
+
+    @property
+    def metres(self) -> float:
+        """Length, m, that a pixel shows in the middle of the view; NaN before the first frame."""
+        return self._undeformed.metres if self._undeformed else np.nan
+
+    def to_image(self, xy: np.ndarray) -> np.ndarray:
+        """Pixels (N, 2) of positions on the gel, m, in the sensor frame, after the first frame."""
+        return self._undeformed.to_image(xy)
 
     def health(self) -> tuple[str, dict]:
         """A warning ('' for none) and name -> value, for /diagnostics."""
@@ -159,7 +176,7 @@ class GelEstimator:
             forces = np.array([_known_force(disc) for disc in discs])
             torque = np.cross([[*disc.middle, 0.0] for disc in discs], forces).sum(axis=0)
             wrench = np.concatenate([forces.sum(axis=0), torque[:2], [np.nan]])  # a turn of an object about its contact is not fitted
-            variance = sum(np.diag(disc.covariance)[3:] for disc in discs) + (_FORCE_ERROR * forces.sum(axis=0)[2])**2
+            variance = sum(np.diag(disc.covariance)[3:] for disc in discs) + (self._force_error * forces.sum(axis=0)[2])**2
             self._force_sigma = np.sqrt(variance) * self._modulus
         contacts = [self._contact(disc, member) for disc, member in zip(discs, members)]
         self._number(contacts)

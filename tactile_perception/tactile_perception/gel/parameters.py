@@ -11,7 +11,11 @@ _SCALE = fixed('gel.scale', float, 0.0, 'm', 'length on the gel that one pixel s
 
 GEL_NODE, PINS_NODE = 'gel_contact_node', 'pins_contact_node'
 
-GEL_SENSOR_PARAMETERS = (*pattern_parameters('gel'), *camera_pose_parameters(0.0))
+GEL_SENSOR_PARAMETERS = (
+    *pattern_parameters('gel'),
+    *camera_pose_parameters(0.0),
+    fixed('calibration', str, '', '', 'calibration file from calibrate; its modulus replaces gel.young_modulus; empty: none'),
+)
 GEL_PARAMETERS = GEL_SENSOR_PARAMETERS + detection_parameters() + (
     fixed('gel.thickness', float, 0.0, 'm',
           'of the elastic layer, from its rigid base to its free surface; 0: unknown, then depth is NaN', 0.0, 1.0),

@@ -7,7 +7,14 @@ from ..sensor_type import CAMERA_INFO, CAMERA_SOURCES, SensorType
 
 _CAMERA = partial(SensorType, driver='camera_node', rviz='touchpad', sources=CAMERA_SOURCES, arguments=CAMERA_INFO)
 
-GEL = _CAMERA(perception='gel_contact_node', params='gelsight_mini.yaml')
+GEL = _CAMERA(
+    perception='gel_contact_node',
+    params='gelsight_mini.yaml',
+    calibration_parameters=('gel.thickness', 'gel.dot_depth', 'gel.poisson_ratio', 'gel.scale', 'gel.pitch', 'camera.translation'),
+    calibrate='tactile_perception.gel.tools:calibrate_weights',
+    calibrate_options=('weight',),
+    loaded=True,
+)
 PINS = _CAMERA(
     perception='pins_contact_node',
     params='pin_dome.yaml',

@@ -8,16 +8,22 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from std_msgs.msg import Header
 
-from ..calibration.files.format import read_calibration
+from ..calibration.files.format import AGAIN, fitted_arrays, read_calibration
 from ..camera_stage import Matrices
 from ..common.dots import DotTracks
 from ..dots.stage import DotStage
 from ..dots.tracker import DotTracker
+from ..errors import BadCalibration
 from ..nodes.messages import conversions as convert
 from .estimator import GelEstimator
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR, PinEstimator, PinModel
 from .undeformed import layer_of
+
+
+GEL = 'gel'  # sensor type, of a gel's calibration
+#: Fitted numbers of that, and their shapes.
+_FITTED = {'young_modulus': (), 'force_sigma': ()}
 
 
 class _ImageStage(DotStage):
@@ -32,7 +38,7 @@ class _ImageStage(DotStage):
 
 class GelStage(_ImageStage):
     """image_raw (or dots) -> dots, contact_region, contacts, wrench, points, and slip where the gel's friction is known. Raises BadArgument
-    for wrong values."""
+    for wrong values, BadCalibration for a bad file."""
 
     node, parameters, contact_outputs = GEL_NODE, GEL_PARAMETERS, convert.RESULTS | convert.POINTS
     without_contact = 'no usable camera_info yet: positions on a gel need gel.pitch, gel.scale or a calibrated camera'
@@ -40,15 +46,25 @@ class GelStage(_ImageStage):
     def __init__(self, values: Mapping):
         super().__init__(values)
         layer_of(values)  # wrong values are refused now, not with the first camera_info
+        self._force_error = {}
+        if values['calibration']:
+            self._take_calibration(values['calibration'])
         self.needs_camera = not (values['gel.scale'] > 0 or values['gel.pitch'] > 0)
+
+    def _take_calibration(self, path: str) -> None:
+        fitted = fitted_arrays(read_calibration(path, GEL, self.values).fitted, _FITTED, path)
+        if not fitted['young_modulus'] > 0 or not fitted['force_sigma'] > 0:
+            raise BadCalibration(f'{path}: young_modulus and force_sigma must be above 0; {AGAIN}')
+        self.values['gel.young_modulus'], self._force_error = fitted['young_modulus'], {'force_error': fitted['force_sigma']}
 
     def make_contact(self, matrices: Matrices | None, size: tuple[int, int] | None, tracker: DotTracker | None) -> GelEstimator | None:
         """See DotStage. The sensor frame's origin is where the camera looks, else the middle of the image, else of the dots."""
         if matrices:
-            return GelEstimator(self.values, matrices[0][:2, 2], float(np.sqrt(matrices[0][0, 0] * matrices[0][1, 1])))
+            focal = float(np.sqrt(matrices[0][0, 0] * matrices[0][1, 1]))
+            return GelEstimator(self.values, matrices[0][:2, 2], focal, **self._force_error)
         if self.needs_camera:
             return None
-        return GelEstimator(self.values, (np.array(size) - 1) / 2 if size and all(size) else None)
+        return GelEstimator(self.values, (np.array(size) - 1) / 2 if size and all(size) else None, **self._force_error)
 
     def estimate_contact(self, tracks: DotTracks, stamp_s: float, header: Header, topics: Collection[str]) -> dict[str, list]:
         """See DotStage; how far a contact is from slipping, displacements alone do not show: no slip without the friction."""

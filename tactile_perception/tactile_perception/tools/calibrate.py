@@ -16,7 +16,7 @@ from ..bags.replay import read_sensor_type
 from ..errors import BadArgument, by_name
 from ..sensor_type import SENSOR_TYPES
 
-_OPTIONS = {'sphere_radius': '--sphere-radius', 'plate': '--plate'}
+_OPTIONS = {'sphere_radius': '--sphere-radius', 'plate': '--plate', 'weight': '--weight'}
 
 
 def calibrator(sensor_type: str, **options: object) -> Callable[..., str]:
@@ -27,7 +27,7 @@ def calibrator(sensor_type: str, **options: object) -> Callable[..., str]:
     sensor_type : str
         Name of the sensor type.
     **options
-        `sphere_radius` in m, `plate`, a bag; None for those that are not given.
+        `sphere_radius` in m, `plate`, a bag, `weight` in N; None for those that are not given.
 
     Returns
     -------
@@ -69,10 +69,12 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--sphere-radius', type=float, help='touchpad: radius of the sphere, m; default: it is fitted too')
     parser.add_argument('--plate', type=Path, metavar='BAG', help="sheet: recording of a flat plate that is pressed onto all markers in "
                         "steps of a millimetre, for the paper's method")
+    parser.add_argument('--weight', type=float, metavar='NEWTONS', help='gel: force of the weight that presses in each recording (1 kg: '
+                        '9.81 N), where ground_truth/wrench is not recorded')
     parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when a recording has several sensors')
     parser.add_argument('--serial', default='', help='serial number for the file; default: the one in the recording')
     given = parser.parse_args(args)
-    make = calibrator(read_sensor_type(given.params), sphere_radius=given.sphere_radius, plate=given.plate)
+    make = calibrator(read_sensor_type(given.params), sphere_radius=given.sphere_radius, plate=given.plate, weight=given.weight)
     serial = given.serial or recorded_serial(given.bags[0])
     print(make(given.bags, given.params, given.output, given.namespace, serial))
     return 0
