@@ -62,8 +62,9 @@ class SensorType:
     pressed_surface : str
         Function of a parameter file that returns the undeformed surface on which a guided calibration presses: a `MarkerSensor`, or the
         radius of a hemisphere in m; ``''``, where a guided calibration does not press.
-    loaded : bool
-        Whether a guided calibration loads the sensor with known weights instead.
+    loaded : str
+        How a guided calibration loads the sensor with known weights instead of pressing it, as in ``lay 5 N on, evenly``; ``''``, where it
+        does not.
     """
 
     driver: str
@@ -81,7 +82,7 @@ class SensorType:
     calibrate: str = ''
     calibrate_options: tuple[str, ...] = ()
     pressed_surface: str = ''
-    loaded: bool = False
+    loaded: str = ''
 
     @property
     def calibrator(self) -> Callable[..., str] | None:

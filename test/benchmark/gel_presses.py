@@ -25,7 +25,6 @@ from pressed_gel import CENTRE, METRES, pressed_gel  # noqa: E402  after the pat
 
 UNTOUCHED, HELD, PERIOD_S = 10, 3, 0.04  # images before and during each press; s from one to the next
 DRAWN = 8  # presses in the figure
-PRESSES = 24  # simulated
 
 
 def estimates(estimator, untouched, pressed):
@@ -74,9 +73,9 @@ def photographs(folder, pitch, thickness):
         yield row_of(found, outlines, centre, radius, pitch / metres, ball / metres, metres), tracks, outlines, centre, radius
 
 
-def simulated():
+def simulated(count):
     """The same of simulated balls of 2.5 mm radius on gels of unknown thickness, by a camera that is not calibrated."""
-    for seed in range(PRESSES):
+    for seed in range(count):
         rng = np.random.default_rng([seed, 53])
         gel = pressed_gel(rng, pitch=2e-3, thickness=rng.uniform(3e-3, 6e-3), radius=2.5e-3, depth=rng.uniform(0.3e-3, 0.8e-3),
                           middle=rng.uniform(-4e-3, 4e-3, 2), way=rng.uniform(-0.2e-3, 0.2e-3, 2))
@@ -111,9 +110,11 @@ def main():
     parser.add_argument('--photographs', type=Path, metavar='FOLDER')
     parser.add_argument('--pitch', type=float, default=2.0, help='distance of neighbouring dots, mm')
     parser.add_argument('--thickness', type=float, default=0.0, help='of the gel, mm; 0: not known')
+    parser.add_argument('--presses', type=int, default=24, help='simulated ones')
     parser.add_argument('--figure', type=Path)
     given = parser.parse_args()
-    presses = list(photographs(given.photographs, 1e-3 * given.pitch, 1e-3 * given.thickness) if given.photographs else simulated())
+    presses = list(photographs(given.photographs, 1e-3 * given.pitch, 1e-3 * given.thickness) if given.photographs
+                   else simulated(given.presses))
     if not presses:
         sys.exit('no press; give a folder with background.png and DIAMETERmm/NUMBER/label.npz')
     table = np.array([press[0] for press in presses])

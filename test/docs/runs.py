@@ -47,6 +47,8 @@ PALM = ('ros2 launch tactile_bringup calibrate.launch.py type:=areal_single name
         'output:=my_palm.yaml mounting:="0.4 0.1 0.05 0 0 0" base:=base_link')
 MAT = ('ros2 launch tactile_bringup calibrate.launch.py type:=taxel_array namespace:=/mat source:=device device:=/dev/ttyACM0 '
        'weights:="5 10 20 10 5 0" output:=my_mat.yaml')
+GEL = ('ros2 launch tactile_bringup calibrate.launch.py type:=gel namespace:=/gel source:=device device:=0 weights:="2" '
+       'output:=my_gel.yaml')
 TOUCHPAD_SIM = 'ros2 launch tactile_bringup touchpad.launch.py'
 FEW = ' TESTS=test/style/test_sources.py PYTEST="-k licence_header"'  # tests that take a second, in place of all
 FINGER = 'python3 test/benchmark/run.py --quick --part finger'
@@ -85,6 +87,7 @@ RUNS = (
     Run(r'python3 test/benchmark/sheets.py( --sensor \w+)?$', more=' --specimens 1 --rows press', prints=r'\| 0, press'),
     Run(r'python3 test/benchmark/sheets.py --rows', change=('two_0.2 two_1.0', 'two_0.2 --specimens 1'), prints=r'\| 0, two_0.2'),
     Run(r'python3 test/benchmark/taxel_latency.py 1', more=' drag', prints=r'macro F1'),
+    Run(r'python3 test/benchmark/gel_presses.py', more=' --presses 2', prints=r'area within'),
     Run(r'python3 test/benchmark/gels.py', change=('gels.py 5', 'gels.py 1'), prints=r'middle mm'),
     Run(r'python3 test/benchmark/fit_contact_score.py', more=' --scenes 2', writes='out/border_network.npz'),
     Run(r'python3 test/benchmark/judged.py', prints=r'F1|position|place'),
@@ -96,9 +99,12 @@ RUNS = (
     Run(r'ros2 run tactile_bringup papers', more=' --quick', prints=r'the paper reports'),
     # tools
     Run(r'ros2 run tactile_bringup simulate camera demo', writes='out/demo_bag/metadata.yaml', change=('--rate 5', '--rate 2')),
+    Run(r'ros2 run tactile_bringup simulate camera gel_demo', writes='out/gel/metadata.yaml'),
     Run(r'ros2 run tactile_bringup simulate camera pins_calib', writes='out/pins/metadata.yaml'),
     Run(r'ros2 run tactile_perception calibrate out/pins', writes='out/pins.yaml',
         change=('ros2 run', 'ros2 run tactile_bringup simulate camera pins_calib out/pins --rate 4 && ros2 run')),
+    Run(r'ros2 run tactile_perception calibrate out/gel', writes='out/gel.yaml',
+        change=('ros2 run', 'ros2 run tactile_bringup simulate camera gel_demo out/gel --rate 5 && ros2 run')),
     Run(r'ros2 run tactile_perception calibrate BAG', change=('BAG... --params PARAMS.yaml', '@/finger_bag --params @/FINGER.yaml'),
         writes='CALIBRATION.yaml'),
     Run(r'ros2 run tactile_perception convert_recording', change=('FOLDER', '$TACTILE_RECORDINGS/simulated/psd_grid25'),
@@ -110,6 +116,7 @@ RUNS = (
     Run(LAUNCH + r'calibrate.launch.py', LASTS),
     Run(r'ros2 service call /palm/calibrate_node/undo', ANSWERED, beside=PALM),
     Run(r'ros2 service call /mat/calibrate_node/next', ANSWERED, beside=MAT),
+    Run(r'ros2 service call /gel/calibrate_node/next', ANSWERED, beside=GEL),
     Run(r'ros2 service call /touchpad/camera_node/change_state', ANSWERED, beside=TOUCHPAD_SIM),
     # A recording starts with its first subscriber, here the recorder, and ends the launch.
     Run(LAUNCH + r'touchpad.launch.py rviz:=true source:=bag', more=' record:=played',

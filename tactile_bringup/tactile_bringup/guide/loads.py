@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The loads of an array in a guided calibration: known weights, or those that a force sensor tells."""
+"""The loads of an array or a gel in a guided calibration: known weights, or those that a force sensor measures."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -19,13 +19,14 @@ _STUCK_S = 1.0
 class Loads:
     """Judges samples in their order, as Session does: an untouched second, loads, and an untouched time after them are one press.
 
-    weights: N, laid on one after the other, each reported by next_weight; none: a force sensor tells. done: one entry a press; tip: none.
+    weights: N, laid on one after the other, each reported by next_weight; none: a force sensor measures them. how: in which way they load
+    the sensor, as in SensorType.loaded. done: one entry a press; tip: none.
     """
 
     tip = np.full(3, np.nan)
 
-    def __init__(self, weights: Sequence[float] = ()):
-        self.weights, self.done = list(weights), []
+    def __init__(self, weights: Sequence[float] = (), how: str = ''):
+        self.weights, self.done, self._how = list(weights), [], how
         self._press, self._forces = Press([]), []
         self._number, self._since = 0, None  # of the weight that is on next, and when the present one was laid on
         self._loaded_s: float | None = None
@@ -44,10 +45,9 @@ class Loads:
         if not self._rested:
             return f'touch nothing for {_UNTOUCHED_S:g} s'
         if self.weights:
-            return (f'weight {self._number + 1} of {len(self.weights)}: lay {self.weights[self._number]:g} N on, evenly over all taxels, '
-                    'then call ~/next')
-        return (f'press all taxels with a flat plate in four steps or more, {_HELD_S:g} s each, first rising, then falling, lift, and wait '
-                f'{_AFTER_S:g} s')
+            return (f'weight {self._number + 1} of {len(self.weights)}: lay {self.weights[self._number]:g} N on, {self._how}, then '
+                    'call ~/next')
+        return (f'press {self._how}, in four steps or more, {_HELD_S:g} s each, first rising, then falling; lift, and wait {_AFTER_S:g} s')
 
     @property
     def _rested(self) -> bool:

@@ -19,7 +19,7 @@ _OWN = {
     'probe': ('', "frame of /tf at the probe's tip; an array needs none"),
     'tip_radius': ('', "m, of the probe's round tip; a touchpad and a dome need it"),
     'wrench': ('', 'topic of a force/torque sensor (WrenchStamped), in any frame of /tf; empty: no forces'),
-    'weights': ('', 'array: known weights, N, in the order in which they are laid on, as "5 10 20 10 5 0"; empty: wrench tells'),
+    'weights': ('', 'array or gel: known weights, N, in the order in which they are laid on, as "5 10 20 10 5 0"; empty: wrench tells'),
     'holes': ('', 'no robot: x y of each hole of a guide plate, m, in the order in which they are pressed; no probe then'),
     'collars': ('', 'with holes: depths to which the collars of the tool let it in, m; all holes are pressed with each'),
     'output': ('calibration.yaml', 'calibration file to write; presses are kept beside it, and an interrupted session goes on'),

@@ -86,7 +86,7 @@ class CalibrateNode(Node):
             raise BadArgument(f'calibrate_node: {values["params"]} is of a sensor of type {self._type}; guided are {guided}')
         self.params, self.output = Path(values['params']), Path(values['output'])
         self._surface = None if kind.loaded else surface_of(self.params, values['tip_radius'])
-        self._session = self._made_session()
+        self._session = self._made_session(kind)
         self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._log, self._frames = LogOnce(self), FrameTree()
         self._raw, self._wrenches = deque(), deque()  # raw: [(topic, message)] of one time each, which are not judged yet
@@ -127,10 +127,10 @@ class CalibrateNode(Node):
         """The bags of the presses that count, in their order."""
         return sorted(self._folder.glob('press_*'))
 
-    def _made_session(self) -> Loads | Session:
+    def _made_session(self, kind: SensorType) -> Loads | Session:
         values = self._values
         if self._surface is None:
-            return Loads(values['weights'])
+            return Loads(values['weights'], kind.loaded)
         if not values['holes']:
             return Session(self._surface)
         if len(values['holes']) % 2 or not isinstance(self._surface, MarkedSurface):

@@ -145,7 +145,7 @@ def parameter_files() -> dict[str, str]:
     other = ('dome.', 'cap.', 'camera.', 'calibration')  # of surfaces that these do not have; markers_node draws them flat
     texts = {
         'touchpad': _text('touchpad', _TOUCHPAD, {}, ('dome.',)),
-        'gelsight_mini': _text('gel', _GELSIGHT_MINI, {'gel.pitch': 0.00197}, other),
+        'gelsight_mini': _text('gel', _GELSIGHT_MINI, {'gel.pitch': 0.00197}, other[:3]),
         'pin_dome': _text('pins', _PIN_DOME, {}, other[:3]),
         'marker_video': _text('dots', _MARKER_VIDEO, {}, (*other, 'markers_node')),
         'gel_sim': _text('gel', _GEL_SIM, simulated_gel(), ('dome.', 'cap.'), whole=False),

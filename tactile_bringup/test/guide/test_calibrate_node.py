@@ -15,6 +15,7 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.sensors.gel import MATERIAL
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript, open_taxel_scene
 from tactile_perception.calibration.files.format import read_calibration
@@ -138,3 +139,20 @@ def test_a_session_with_known_weights_ends_with_a_calibration(tmp_path):
             told += 1
     assert told == len(weights)
     check_calibration(lab, 'taxel_array', 0.005)  # where weights lie apart, a load that is left out is less well known
+
+
+def test_a_session_with_one_known_weight_calibrates_a_gel(tmp_path):
+    scene, numbers, rate = open_scene('gel_demo', 10.0), TouchNumbers(), 10.0
+    weight, pressed_s, answers = float(-scene.observe(27).wrench[2]), 2.5, []
+    messages = (message for k in range(scene.frames) for message in camera_messages(scene, k, numbers, 'palm')
+                if message[1] in ('camera_info', 'image_raw'))
+    lab = Lab('gel', tmp_path / 'gel.yaml', weights=[weight], wrench=None, probe=None)
+    for number, _ in enumerate(lab.play(messages)):
+        if not answers and number > 2 * pressed_s * rate:
+            answers.append(lab.call('next'))
+    session = lab.session
+    lab.close()
+    assert answers == [f'hold still: {weight:g} N']
+    assert session.complete and calibrate([*map(str, session.bags), '--params', str(session.params), '--output', str(session.output)]) == 0
+    fitted = read_calibration(session.output, 'gel').fitted
+    assert fitted['young_modulus'] == pytest.approx(MATERIAL.young, rel=0.1) and fitted['force_sigma'] < 0.2

@@ -13,7 +13,7 @@ GEL = _CAMERA(
     calibration_parameters=('gel.thickness', 'gel.dot_depth', 'gel.poisson_ratio', 'gel.scale', 'gel.pitch', 'camera.translation'),
     calibrate='tactile_perception.gel.tools:calibrate_weights',
     calibrate_options=('weight',),
-    loaded=True,
+    loaded='through a ball in the middle of the gel',
 )
 PINS = _CAMERA(
     perception='pins_contact_node',

@@ -103,8 +103,8 @@ def _read_loads(bag: Path, params: Path, namespace: str, weight: float | None, l
             groups[f'{frame.newtons:.1e}'].append(frame)
     loads = [_Load(*np.median(group, axis=0)) for group in groups.values() if len(group) >= _MIN_FRAMES]
     if not loads:
-        raise BadCalibration(f'{bag}: fewer than {_MIN_FRAMES} images show a press with a known force; record the untouched gel for a second, '
-                             'then a ball on the gel with the weight on the ball' + (f'; last problem: {left_out[-1]}' if left_out else ''))
+        raise BadCalibration(f'{bag}: fewer than {_MIN_FRAMES} images show a press with a known force; record the untouched gel for a '
+                             'second, then a ball on the gel with the weight on the ball' + (f'; last problem: {left_out[-1]}' if left_out else ''))
     return loads
 
 
@@ -117,7 +117,8 @@ def _pressed_frames(bag: Path, params: Path, namespace: str, left_out: list[str]
         prefix = find_prefix(reader.topics, namespace)
         if is_measured and prefix + TRUE_WRENCH not in reader.topics:
             raise BadCalibration(f'{bag}: no {prefix}{TRUE_WRENCH}; give the force of the weight in N by --weight')
-        for raw in progress(reader.messages({prefix + name for name in ('image_raw', 'camera_info', TRUE_WRENCH)}), f'messages of {bag.name}'):
+        wanted = {prefix + name for name in ('image_raw', 'camera_info', TRUE_WRENCH)}
+        for raw in progress(reader.messages(wanted), f'messages of {bag.name}'):
             topic, message = raw.topic.removeprefix(prefix), decode(raw.data, raw.type_name)
             stamp = stamp_ns_of(message.header)
             try:

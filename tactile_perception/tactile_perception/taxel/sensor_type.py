@@ -10,5 +10,5 @@ TAXEL_ARRAY = SensorType(
     uncalibrated='regions, motion and slip are reported, pressure and force are unknown; record known weights',
     calibration_parameters=('rows', 'columns', 'pitch', 'bits'),
     calibrate='tactile_perception.taxel.tools:calibrate_taxels',
-    loaded=True,
+    loaded='with a flat plate over all taxels',
 )
