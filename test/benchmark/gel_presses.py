@@ -14,6 +14,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+
 from tactile_driver.parameters.table import defaults
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.errors import BadFrame

@@ -20,7 +20,6 @@ from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR, PinEstimator, PinModel
 from .undeformed import layer_of
 
-
 GEL = 'gel'  # sensor type, of a gel's calibration
 #: Fitted numbers of that, and their shapes.
 _FITTED = {'young_modulus': (), 'force_sigma': ()}

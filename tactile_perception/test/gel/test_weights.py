@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 import yaml
+
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.parameters.table import defaults
