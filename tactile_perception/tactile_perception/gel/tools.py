@@ -70,9 +70,9 @@ def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: s
 
     Notes
     -----
-    Force is proportional to Young's modulus. Each load therefore gives an estimate of the modulus: the load over the force that is estimated
-    for a modulus of 1 Pa. The result is their geometric mean. The relative standard deviation of a force is the scatter of these
-    estimates, or the median of what the estimator states, whichever is larger.
+    Force is proportional to Young's modulus. Each load therefore gives an estimate of the modulus: the load over the force that is
+    estimated for a modulus of 1 Pa. The result is their geometric mean. The relative standard deviation of a force is the scatter of
+    these estimates, or the median of what the estimator states, whichever is larger.
     """
     if weight is not None and not 0 < weight < np.inf:
         raise BadCalibration(f'--weight {weight:g}: the force of the weight in N must be above 0; 1 kg is 9.81 N')
@@ -105,7 +105,8 @@ def _read_loads(bag: Path, params: Path, namespace: str, weight: float | None, l
     loads = [_Load(*np.median(group, axis=0)) for group in groups.values() if len(group) >= _MIN_FRAMES]
     if not loads:
         raise BadCalibration(f'{bag}: fewer than {_MIN_FRAMES} images show a press with a known force; record the untouched gel for a '
-                             'second, then a ball on the gel with the weight on the ball' + (f'; last problem: {left_out[-1]}' if left_out else ''))
+                             'second, then a ball on the gel with the weight on the ball'
+                             + (f'; last problem: {left_out[-1]}' if left_out else ''))
     return loads
 
 
