@@ -9,6 +9,7 @@
 #include "dots/blobs.hpp"
 #include "dots/finder.hpp"
 #include "dots/lattice.hpp"
+#include "dots/links.hpp"
 
 namespace tactile::border {
 namespace {
@@ -110,6 +111,26 @@ Lattice lattice(const py::object& places) {
     return without_gil([&] { return find_lattice(given.data(), given.length()); });
 }
 
+Positions columns(const Input<double>& given, const char* name) {
+    check_places(given, name);
+    return Eigen::Map<const Positions>(given.data(), 2, given.length());
+}
+
+TrackLinks links(const py::object& last, const py::object& predicted, const py::object& first, const py::object& seen,
+                 const py::object& dots, const std::array<double, 2>& size) {
+    const Input<double> at(last, "last", {ANY, 2}), next(predicted, "predicted", {at.length(), 2}), begun(first, "first", {at.length(), 2});
+    const Input<double> found(dots, "dots", {ANY, 2});
+    const Input<bool> shown(seen, "seen", {at.length()});
+    within(at.length(), "last", 2, 1e6);
+    within(found.length(), "dots", 1, 1e6);
+    for (const double length : size) within(length, "size", 0, std::numeric_limits<double>::infinity());
+    const TracksBefore tracks{columns(at, "last"), columns(next, "predicted"), columns(begun, "first"),
+                              {shown.data(), shown.data() + shown.length()}};
+    within(std::count(tracks.seen.begin(), tracks.seen.end(), 1), "seen", 1, 1e6);
+    const Positions uv = columns(found, "dots");
+    return without_gil([&] { return link_tracks(tracks, uv, {size[0], size[1]}); });
+}
+
 void bind_detection(py::module_& module) {
     py::class_<FoundDots>(module, "FoundDots", "Dots of an image.")
         .def_property_readonly(
@@ -175,12 +196,25 @@ void bind_lattice(py::module_& module) {
         "of u.");
 }
 
+void bind_links(py::module_& module) {
+    py::class_<TrackLinks>(module, "TrackLinks", "Links from tracks to the dots of a frame.")
+        .def_property_readonly("dot", row(&TrackLinks::dot), "(M,) int32, of each track, -1 for none")
+        .def_property_readonly("position", rows(&TrackLinks::position, 2), "(M, 2) px, of tracks without a link as their neighbours move")
+        .def_readonly("spacing", &TrackLinks::spacing, "px, typical distance of neighbours")
+        .def_readonly("ambiguous", &TrackLinks::ambiguous, "tracks without a link that a dot without one may continue");
+    module.def("link_tracks", &links, py::arg("last"), py::arg("predicted"), py::arg("first"), py::arg("seen"), py::arg("dots"),
+               py::arg("size"),
+               "Links at least two tracks, at (M, 2) float64 px, with dots (N, 2) px; seen: (M,) bool, by the last frame; size: px of the\n"
+               "image. A link that another probable motion of the pattern contradicts is none.");
+}
+
 }  // namespace
 
 void bind_dots(py::module_& parent) {
     py::module_ module = parent.def_submodule("dots", "Dots: detection, and their lattice.");
     bind_detection(module);
     bind_lattice(module);
+    bind_links(module);
 }
 
 }  // namespace tactile::border

@@ -1,0 +1,325 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "dots/links.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace tactile {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr std::size_t NEIGHBOURS = 8;  // of a track: a square grid has as many within one step
+constexpr double GATE = 0.7;           // spacings from its expected position, within which a track's dot is searched: half a diagonal
+constexpr double MAX_STRAIN = 0.5;     // difference of neighbours' displacements over their distance: beyond it they may be exchanged
+constexpr double MOTION_SIGMA = 0.2;   // spacings, of the common motion between two frames about a prediction: a prior
+const double UNEXPLAINED = std::log(20);   // nats: one of 20 dots is missed in a frame, or false
+const double RELEASED = std::log(1e6);     // nats: one of a million frames shows the end of a press that the frame before shows in full
+const double CONTRADICTED = std::log(1e4); // nats: an answer that is less probable by so much contradicts no link
+constexpr double INFINITE = std::numeric_limits<double>::infinity();
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+// Positions in square cells, about one in each.
+class Cells {
+ public:
+    explicit Cells(const Positions& at) : at_(at), low_(at.rowwise().minCoeff()) {
+        const Vector2d extent = at.rowwise().maxCoeff() - low_;
+        side_ = std::max(extent.maxCoeff() / std::sqrt(static_cast<double>(at.cols())), 1e-6);
+        for (int axis = 0; axis < 2; ++axis) count_[axis] = static_cast<std::ptrdiff_t>(extent[axis] / side_) + 1;
+        begin_.assign(static_cast<std::size_t>(count_[0] * count_[1] + 1), 0);
+        member_.resize(static_cast<std::size_t>(at.cols()));
+        for (Eigen::Index i = 0; i < at.cols(); ++i) ++begin_[cell(at.col(i)) + 1];
+        std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+        std::vector<std::ptrdiff_t> next(begin_);
+        for (Eigen::Index i = 0; i < at.cols(); ++i) member_[static_cast<std::size_t>(next[cell(at.col(i))]++)] = i;
+    }
+    double side() const { return side_; }
+    double extent() const { return side_ * static_cast<double>(std::max(count_[0], count_[1])); }
+
+    // Calls visit(index, squared distance) for every position within radius of p.
+    template <class Visit>
+    void within(const Vector2d& p, double radius, Visit visit) const {
+        const auto [left, right] = range(p, radius, 0);
+        const auto [top, bottom] = range(p, radius, 1);
+        for (std::ptrdiff_t row = top; row < bottom; ++row) {
+            if (left >= right) return;
+            for (auto k = begin_[static_cast<std::size_t>(row * count_[0] + left)];
+                 k < begin_[static_cast<std::size_t>(row * count_[0] + right)]; ++k) {
+                const Eigen::Index i = member_[static_cast<std::size_t>(k)];
+                const double square = (at_.col(i) - p).squaredNorm();
+                if (square < radius * radius) visit(i, square);
+            }
+        }
+    }
+
+ private:
+    std::size_t cell(const Vector2d& p) const {
+        const Eigen::Array<std::ptrdiff_t, 2, 1> k = ((p - low_) / side_).array().cast<std::ptrdiff_t>();
+        return static_cast<std::size_t>(std::min(k[1], count_[1] - 1) * count_[0] + std::min(k[0], count_[0] - 1));
+    }
+    std::pair<std::ptrdiff_t, std::ptrdiff_t> range(const Vector2d& p, double radius, int axis) const {
+        const double most = static_cast<double>(count_[axis]), from = (p[axis] - radius - low_[axis]) / side_;
+        const double to = (p[axis] + radius - low_[axis]) / side_ + 1;
+        return {static_cast<std::ptrdiff_t>(std::clamp(from, 0.0, most)), static_cast<std::ptrdiff_t>(std::clamp(to, 0.0, most))};
+    }
+    const Positions& at_;
+    Vector2d low_;
+    double side_;
+    std::ptrdiff_t count_[2];
+    std::vector<std::ptrdiff_t> begin_;
+    std::vector<Eigen::Index> member_;
+};
+
+// An answer: the dot of each track, the tracks' positions, and what speaks against it, nats.
+struct Hypothesis {
+    std::vector<std::int32_t> dot;
+    std::ptrdiff_t links = 0;
+    Positions position;
+    double cost = INFINITE;
+};
+
+class TrackLinker {
+ public:
+    TrackLinker(const TracksBefore& tracks, const Positions& dots, const Vector2d& size)
+        : tracks_(tracks), last_(tracks.last), dots_(dots), size_(size), cells_(dots), neighbour_(tracks.seen.size()) {
+        const Cells cells(last_);
+        std::vector<std::pair<double, std::int32_t>> near;
+        std::vector<double> pitch;
+        for (Eigen::Index i = 0; i < last_.cols(); ++i) {
+            for (double radius = 2 * cells.side();; radius *= 2) {
+                near.clear();
+                cells.within(last_.col(i), radius, [&](Eigen::Index j, double square) {
+                    if (j != i) near.emplace_back(square, static_cast<std::int32_t>(j));
+                });
+                if (near.size() >= NEIGHBOURS || radius > 2 * cells.extent()) break;
+            }
+            std::sort(near.begin(), near.end());
+            if (near.size() > NEIGHBOURS) near.resize(NEIGHBOURS);
+            for (const auto& [square, j] : near) neighbour_[static_cast<std::size_t>(i)].push_back(j);
+            pitch.push_back(near.empty() ? 1e-6 : std::max(std::sqrt(near.front().first), 1e-6));
+        }
+        spacing_ = median(pitch);
+        pitch_ = Eigen::Map<const Eigen::ArrayXd>(pitch.data(), last_.cols());
+    }
+
+    TrackLinks solve() const {
+        std::vector<Hypothesis> hypotheses{fit(tracks_.predicted), fit(last_), fit(tracks_.first)};
+        const auto cheapest = [&] {
+            return std::min_element(hypotheses.begin(), hypotheses.end(),
+                                    [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
+        };
+        auto best = cheapest();
+        const double motion = MOTION_SIGMA * std::sqrt(2 * surprise(best->position));  // spacings, from the nearest prediction
+        const double of_others = std::pow((1 - std::min(motion, 1.0)) / MOTION_SIGMA, 2) / 2;  // least of any that differs by a spacing
+        if (best->cost + CONTRADICTED > of_others) {
+            const auto middle = static_cast<Eigen::Index>(middle_track());
+            for (const std::int32_t j : neighbour_[static_cast<std::size_t>(middle)]) {
+                const Vector2d step = (last_.col(j) - last_.col(middle)) / pitch_[middle];
+                for (const double share : {0.5, 1.0})
+                    hypotheses.push_back(fit(tracks_.predicted + share * step * pitch_.matrix().transpose()));
+            }
+            best = cheapest();
+        }
+        TrackLinks answer{best->dot, {}, spacing_, 0};
+        for (const Hypothesis& other : hypotheses) {
+            if (other.cost > best->cost + CONTRADICTED) continue;
+            for (Eigen::Index i = 0; i < last_.cols(); ++i)
+                if ((other.position.col(i) - best->position.col(i)).squaredNorm() > spacing_ * spacing_ / 4)
+                    answer.dot[static_cast<std::size_t>(i)] = -1;
+        }
+        answer.position.assign(best->position.data(), best->position.data() + best->position.size());
+        answer.ambiguous = ambiguous(answer.dot, best->position);
+        return answer;
+    }
+
+ private:
+    std::size_t middle_track() const {
+        Vector2d mean = Vector2d::Zero();
+        double count = 0;
+        for (std::size_t i = 0; i < tracks_.seen.size(); ++i)
+            if (tracks_.seen[i]) mean += last_.col(static_cast<Eigen::Index>(i)), ++count;
+        mean /= std::max(count, 1.0);
+        std::size_t middle = 0;
+        double least = INFINITE;
+        for (std::size_t i = 0; i < tracks_.seen.size(); ++i) {
+            const double square = (last_.col(static_cast<Eigen::Index>(i)) - mean).squaredNorm();
+            if (tracks_.seen[i] && square < least) least = square, middle = i;
+        }
+        return middle;
+    }
+
+    // Links near expected positions, and again where the neighbours' links lead, while that finds more.
+    Hypothesis fit(const Positions& expected) const {
+        Hypothesis best{std::vector<std::int32_t>(tracks_.seen.size(), -1), 0, expected, 0};
+        while (best.links < std::min(last_.cols(), dots_.cols())) {
+            std::vector<std::int32_t> dot = nearest(best.position);
+            const std::ptrdiff_t links = drop_torn(dot);
+            if (links <= best.links) break;
+            best.links = links;
+            best.position = positions(dot);
+            best.dot = std::move(dot);
+        }
+        best.cost = UNEXPLAINED * static_cast<double>(unexplained(best)) + surprise(best.position);
+        return best;
+    }
+
+    // The dot of each track of which it is the nearest, and the other way round.
+    std::vector<std::int32_t> nearest(const Positions& expected) const {
+        const std::size_t count = tracks_.seen.size(), dots = static_cast<std::size_t>(dots_.cols());
+        std::vector<std::int32_t> dot(count, -1), track(dots, -1);
+        std::vector<double> least(dots, INFINITE);
+        for (std::size_t i = 0; i < count; ++i) {
+            double nearest = INFINITE;
+            cells_.within(expected.col(static_cast<Eigen::Index>(i)), GATE * spacing_, [&](Eigen::Index j, double square) {
+                const auto n = static_cast<std::size_t>(j);
+                if (square < nearest) nearest = square, dot[i] = static_cast<std::int32_t>(j);
+                if (square < least[n]) least[n] = square, track[n] = static_cast<std::int32_t>(i);
+            });
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            if (dot[i] >= 0 && track[static_cast<std::size_t>(dot[i])] != static_cast<std::int32_t>(i)) dot[i] = -1;
+        return dot;
+    }
+
+    // Parts of the pattern that move continuously are joined. A part that contradicts a larger one beside it loses its links, and so do
+    // neighbours of one part that contradict each other. Returns how many links are left.
+    std::ptrdiff_t drop_torn(std::vector<std::int32_t>& dot) const {
+        const std::size_t count = dot.size();
+        std::vector<std::pair<std::size_t, std::size_t>> torn, joined;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (dot[i] < 0) continue;
+            for (const std::int32_t neighbour : neighbour_[i]) {
+                const auto j = static_cast<std::size_t>(neighbour);
+                if (dot[j] < 0) continue;
+                const auto a = static_cast<Eigen::Index>(i), b = static_cast<Eigen::Index>(j);
+                const Vector2d strain = dots_.col(dot[i]) - last_.col(a) - dots_.col(dot[j]) + last_.col(b);
+                const double limit = MAX_STRAIN * std::min(pitch_[a], pitch_[b]);
+                (strain.squaredNorm() < limit * limit ? joined : torn).emplace_back(i, j);
+            }
+        }
+        if (torn.empty()) return static_cast<std::ptrdiff_t>(count) - std::count(dot.begin(), dot.end(), -1);
+        std::vector<std::size_t> part(count), size(count, 1);
+        std::iota(part.begin(), part.end(), std::size_t{0});
+        const auto root = [&](std::size_t i) {
+            while (part[i] != i) i = part[i] = part[part[i]];
+            return i;
+        };
+        for (const auto& [i, j] : joined) {
+            const std::size_t a = root(i), b = root(j);
+            if (a != b) size[b] += size[a], part[a] = b;
+        }
+        std::vector<std::uint8_t> lost(count, 0);
+        for (const auto& [i, j] : torn) {
+            const std::size_t a = root(i), b = root(j);
+            if (a == b) dot[i] = dot[j] = -1;
+            if (a != b && size[a] <= size[b]) lost[a] = 1;
+            if (a != b && size[b] <= size[a]) lost[b] = 1;
+        }
+        std::ptrdiff_t links = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (lost[root(i)]) dot[i] = -1;
+            links += dot[i] >= 0;
+        }
+        return links;
+    }
+
+    // Of tracks with links, their dots; else as the neighbours move, or, without a neighbour's link, as the middle one of all tracks.
+    Positions positions(const std::vector<std::int32_t>& dot) const {
+        Positions found = last_;
+        std::vector<double> moved[2];
+        for (std::size_t i = 0; i < dot.size(); ++i) {
+            if (dot[i] < 0) continue;
+            found.col(static_cast<Eigen::Index>(i)) = dots_.col(dot[i]);
+            for (int axis = 0; axis < 2; ++axis) moved[axis].push_back(dots_(axis, dot[i]) - last_(axis, static_cast<Eigen::Index>(i)));
+        }
+        const Vector2d common{median(moved[0]), median(moved[1])};
+        for (std::size_t i = 0; i < dot.size(); ++i) {
+            if (dot[i] >= 0) continue;
+            Vector2d sum = Vector2d::Zero();
+            double known = 0;
+            for (const std::int32_t j : neighbour_[i])
+                if (dot[static_cast<std::size_t>(j)] >= 0) sum += dots_.col(dot[static_cast<std::size_t>(j)]) - last_.col(j), ++known;
+            found.col(static_cast<Eigen::Index>(i)) += known > 0 ? Vector2d(sum / known) : common;
+        }
+        return found;
+    }
+
+    bool is_inside(const Vector2d& p) const {
+        return (p.array() > spacing_ / 2).all() && (p.array() < size_.array() - spacing_ / 2).all();
+    }
+
+    // How many tracks and dots without a link are half a spacing and more within the image, now and in the last frame.
+    std::ptrdiff_t unexplained(const Hypothesis& answer) const {
+        std::vector<double> moved[2];
+        std::vector<std::uint8_t> is_new(static_cast<std::size_t>(dots_.cols()), 1);
+        std::ptrdiff_t missed = 0;
+        for (std::size_t i = 0; i < answer.dot.size(); ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            if (answer.dot[i] >= 0) is_new[static_cast<std::size_t>(answer.dot[i])] = 0;
+            if (!tracks_.seen[i]) continue;
+            missed += answer.dot[i] < 0 && is_inside(answer.position.col(k));
+            for (int axis = 0; axis < 2; ++axis) moved[axis].push_back(answer.position(axis, k) - last_(axis, k));
+        }
+        const Vector2d common{median(moved[0]), median(moved[1])};
+        for (Eigen::Index j = 0; j < dots_.cols(); ++j)
+            missed += is_new[static_cast<std::size_t>(j)] && is_inside(dots_.col(j)) && is_inside(dots_.col(j) - common);
+        return missed;
+    }
+
+    // Nats against the motion of the tracks to these positions, by the prediction that it fits best.
+    double surprise(const Positions& position) const {
+        double least = INFINITE;
+        for (const auto& [expected, cost] :
+             {std::pair(&tracks_.predicted, 0.0), std::pair(&tracks_.last, 0.0), std::pair(&tracks_.first, RELEASED)}) {
+            std::vector<double> squares;
+            for (std::size_t i = 0; i < tracks_.seen.size(); ++i) {
+                const auto k = static_cast<Eigen::Index>(i);
+                if (tracks_.seen[i]) squares.push_back((position.col(k) - expected->col(k)).squaredNorm());
+            }
+            const double sigma = MOTION_SIGMA * spacing_;
+            least = std::min(least, cost + median(squares) / (2 * sigma * sigma));
+        }
+        return least;
+    }
+
+    // How many seen tracks without a link have a dot without one within a spacing.
+    std::ptrdiff_t ambiguous(const std::vector<std::int32_t>& dot, const Positions& position) const {
+        std::vector<std::uint8_t> is_free(static_cast<std::size_t>(dots_.cols()), 1);
+        for (const std::int32_t j : dot)
+            if (j >= 0) is_free[static_cast<std::size_t>(j)] = 0;
+        std::ptrdiff_t count = 0;
+        for (std::size_t i = 0; i < dot.size(); ++i) {
+            bool has_free = false;
+            if (dot[i] < 0 && tracks_.seen[i])
+                cells_.within(position.col(static_cast<Eigen::Index>(i)), spacing_,
+                              [&](Eigen::Index j, double) { has_free |= is_free[static_cast<std::size_t>(j)] != 0; });
+            count += has_free;
+        }
+        return count;
+    }
+
+    const TracksBefore& tracks_;
+    const Positions &last_, &dots_;
+    const Vector2d size_;
+    const Cells cells_;                                  // of the dots
+    std::vector<std::vector<std::int32_t>> neighbour_;   // of each track, nearest first
+    Eigen::ArrayXd pitch_;                               // px, of each track to its nearest neighbour
+    double spacing_ = 0;
+};
+
+}  // namespace
+
+TrackLinks link_tracks(const TracksBefore& tracks, const Positions& dots, const Vector2d& size) {
+    return TrackLinker(tracks, dots, size).solve();
+}
+
+}  // namespace tactile
