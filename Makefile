@@ -1,10 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 # make demo, make test, make test-full, make test-hardware, make sanitize, make lint: each sets up what is missing first (setup.bash).
+# make docs has an environment of its own, without ROS.
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-full test-hardware sanitize lint setup clean
+.PHONY: help demo test test-full test-hardware sanitize lint docs setup clean
 
 # make demo SOURCE=file PATH_TO=press.avi OUT=out/press ...; anything else by ARGS="name:=value ..."
 demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH_TO)') $(if $(DEVICE),device:='$(DEVICE)') \
@@ -24,6 +25,7 @@ help:
 	@echo 'make test-hardware   the drivers on cameras and serial adapters of a real kernel, in QEMU; the report goes to out/hardware.jsonl'
 	@echo 'make sanitize  the tests of the compiled kernels, with checks of addresses and of undefined behaviour'
 	@echo 'make lint   style and spelling alone'
+	@echo 'make docs   the pages and the API reference as HTML, out/docs/index.html; a warning is an error'
 	@echo 'make clean  takes away what make and setup.bash built, the environment included'
 
 setup:
@@ -54,6 +56,14 @@ sanitize:
 
 lint:
 	@source ./setup.bash && python3 -m pytest test/style $(PYTEST)
+
+# Needs the network once, for docs/requirements.txt.
+.env/docs/installed: docs/requirements.txt
+	python3 -m venv .env/docs && .env/docs/bin/pip install --quiet --requirement $< && touch $@
+
+docs: .env/docs/installed
+	.env/docs/bin/sphinx-build --fresh-env --quiet --fail-on-warning --keep-going -c docs . out/docs
+	.env/docs/bin/python docs/check_search.py out/docs
 
 clean:
 	rm -rf .env build install log out tactile_perception/tactile_perception/_core*

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import BadArgument, tells_errors
+from .errors import BadArgument, reports_errors
 from .frame import CHANNELS
 from .serial.frames import LARGEST, MATRIX, SAMPLES, CountFrame, write_frame, write_line
 from .simulation.psd.scene import open_psd_scene
@@ -235,7 +235,7 @@ def _listen(emulator: PortEmulator) -> None:
             print(error, flush=True)
 
 
-@tells_errors('psd_emulator')
+@reports_errors('psd_emulator')
 def psd_emulator(args: list[str] | None = None) -> int:
     """The command psd_emulator. Returns the exit code."""
     parser = _parser('psd_emulator', 'Emulates the firmware of a PSD finger on a pseudo-terminal.', 'psd_finger_port', 1000.0)
@@ -247,7 +247,7 @@ def psd_emulator(args: list[str] | None = None) -> int:
     return _serve(PsdEmulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format, modulation=given.modulation))
 
 
-@tells_errors('taxel_emulator')
+@reports_errors('taxel_emulator')
 def taxel_emulator(args: list[str] | None = None) -> int:
     """The command taxel_emulator. Returns the exit code."""
     parser = _parser('taxel_emulator', 'Emulates the firmware of a taxel array on a pseudo-terminal.', 'taxel_array_port', 100.0)

@@ -6,11 +6,11 @@ import sys
 
 import pytest
 
-from tactile_driver.errors import BadArgument, tells_errors
+from tactile_driver.errors import BadArgument, reports_errors
 
 
 def run_with(error, *more):
-    @tells_errors('tool', *more)
+    @reports_errors('tool', *more)
     def main(code=3):
         """What it does."""
         if error is not None:

@@ -56,7 +56,8 @@ class SensorType:
     calibration_parameters : tuple of str
         Parameters on which a calibration depends: it is valid only while these are unchanged.
     calibrate : str
-        Function of (bags, params, output, namespace, serial, **options) that writes a calibration file and returns a report; ``''``, none.
+        Function of ``(bags, params, output, namespace, serial, **options)`` that writes a calibration file and returns a report;
+        ``''``, none.
     calibrate_options : tuple of str
         The options of `calibrate` that the function takes: ``sphere_radius``, ``plate``, ``weight``.
     pressed_surface : str

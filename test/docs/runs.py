@@ -134,6 +134,7 @@ NOT_RUN = {
     r'rosdep install': 'installs Debian packages from the network, as root; test/style/test_packages.py checks each key',
     r'colcon (build|test)': 'builds a whole workspace of a user; setup.bash makes the same call of colcon, and each package is tested here',
     r'source install/setup.bash': 'belongs to the workspace of colcon build',
+    r'make docs': 'installs Sphinx from the network; test/docs/test_reference.py builds the pages where it is installed',
     r'make clean': 'takes away the environment that the tests run in',
     r'(CASES=.* )?make test-hardware': 'boots a machine in QEMU; test/hardware is that test',
     r'make sanitize': 'compiles the kernels anew with checks: minutes; the continuous integration runs it',

@@ -17,7 +17,7 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 
-from tactile_driver.errors import tells_errors
+from tactile_driver.errors import reports_errors
 
 from .. import share
 from ..sensor_files import rviz_file
@@ -146,7 +146,7 @@ def _pose(hand: Hand, sensor: HandSensor) -> Pose:
     return hand.pose(sensor, at_zero) or mounting(sensor.xyz, sensor.quaternion)
 
 
-@tells_errors('hand_config', OSError)
+@reports_errors('hand_config', OSError)
 def main(args: list[str] | None = None) -> int:
     """Write both files; exit code 1 for a wrong hand file or a folder that cannot be written."""
     parser = argparse.ArgumentParser(prog='hand_config', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -20,7 +20,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from tactile_driver.errors import tells_errors
+from tactile_driver.errors import reports_errors
 
 from ..hand.description import read_hand
 
@@ -131,7 +131,7 @@ def _watch(executor: SingleThreadedExecutor, status: HandStatus, once: bool, pat
             print((_CLEAR if sys.stdout.isatty() else '') + status.text(now), flush=True)
 
 
-@tells_errors('status')
+@reports_errors('status')
 def main(args: list[str] | None = None) -> int:
     """Run the command; the exit code with --once is 1 when a node is in error or silent, or a sensor is missing."""
     parser = argparse.ArgumentParser(prog='status', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

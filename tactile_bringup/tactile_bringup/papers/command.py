@@ -20,7 +20,7 @@ from tempfile import TemporaryDirectory
 
 import cv2
 
-from tactile_driver.errors import tells_errors
+from tactile_driver.errors import reports_errors
 from tactile_perception.common.progress import in_parallel
 
 from . import dome, finger, sheet_causes, sheets, taxels, touchpad, wrench
@@ -74,7 +74,7 @@ def report(tables: dict[str, list[Table | Detail]]) -> str:
     return '\n'.join(lines)
 
 
-@tells_errors('papers')
+@reports_errors('papers')
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 1 and one error line on failure."""
     parser = argparse.ArgumentParser('papers', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

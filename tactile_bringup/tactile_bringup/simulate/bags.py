@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from tactile_driver.camera.pairs import NAMES
-from tactile_driver.errors import by_name, tells_errors
+from tactile_driver.errors import by_name, reports_errors
 from tactile_driver.frame import Frame, SampleBlock, pinhole_calibration
 from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import (
@@ -146,7 +146,7 @@ def writer_of(sensor: str) -> tuple[Callable[..., int], float, Collection[str]]:
     return by_name(WRITERS, 'camera' if driver in ('camera_node', 'dual_camera_node') else driver, f'simulation of a {sensor}: driver')
 
 
-@tells_errors('simulate')
+@reports_errors('simulate')
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 1 and one error line on failure."""
     scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in WRITERS.items())

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's parameters in one table: the declaration, the checks, the YAML file and the page in the README come from it. No ROS here."""
+"""Tables of parameters: a node's declaration, its checks and its YAML file come from one table. This module imports no ROS."""
 from __future__ import annotations
 
 import json
@@ -16,11 +16,39 @@ _KINDS = {bool: 'bool', int: 'int', float: 'float', str: 'string',
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter.
+    """One parameter of a node.
 
-    type: bool, int, float, str, list[int], list[float] or list[str]; lowest, highest: allowed range of a number or of each in a list, in
-    unit; choices: allowed values, () for all, or a PluginTable of them;
-    read_only: fixed when the node starts. A float may be NaN only where its default is.
+    Parameters
+    ----------
+    name : str
+        Name of the ROS parameter.
+    type : type
+        ``bool``, ``int``, ``float``, ``str``, ``list[int]``, ``list[float]`` or ``list[str]``.
+    default : object
+        Default value. Only a float whose default is NaN may be NaN.
+    unit : str
+        Unit of the value; empty if it has none.
+    text : str
+        Description, shown by ``ros2 param describe`` and in parameter files.
+    lowest, highest : float, optional
+        Allowed range of a number, or of each number of a list, in `unit`.
+    choices : collection
+        Allowed values; empty if every value is allowed.
+    read_only : bool
+        Whether the value is fixed once the node has started.
+
+    Raises
+    ------
+    BadArgument
+        If the type is not supported, or the default is not allowed.
+
+    Examples
+    --------
+    >>> rate = Parameter('rate', float, 30.0, 'Hz', 'frame rate', 0.0, 500.0)
+    >>> rate.allowed
+    'float, 0 to 500 Hz'
+    >>> rate.checked(15)
+    15.0
     """
 
     name: str
@@ -40,14 +68,15 @@ class Parameter:
 
     @property
     def kind(self) -> str:
-        """The type in words."""
+        """Name of the type, as messages show it."""
         return _KINDS[self.type]
 
     @property
     def allowed(self) -> str:
-        """Type, range or choices and unit in words, as 'float, 0 to 10 s'."""
+        """Type, range or choices, and unit as text, such as ``float, 0 to 10 s``."""
         if self.choices:
-            own = getattr(self.choices, 'own', self.choices)  # of a PluginTable, to name the others too would delay each node's start
+            # Only the own entries of a PluginTable: looking up those of other packages would delay the start of each node.
+            own = getattr(self.choices, 'own', self.choices)
             return f'{self.kind}, one of {", ".join(repr(c) for c in own)}'
         low, high = self.lowest, self.highest
         limits = f'{low:g} to {high:g}' if low is not None and high is not None else f'at least {low:g}' if low is not None \
@@ -55,8 +84,23 @@ class Parameter:
         return ', '.join(x for x in (self.kind, ' '.join(x for x in (limits, self.unit) if x)) if x)
 
     def checked(self, value: object) -> object:
-        """value in this parameter's type (a whole number will do for a float or a string). Raises BadArgument: name, value, what is
-        allowed."""
+        """Convert a value to the type of this parameter and check it.
+
+        Parameters
+        ----------
+        value : object
+            The value. An integer is accepted for a float or a string.
+
+        Returns
+        -------
+        object
+            The converted value.
+
+        Raises
+        ------
+        BadArgument
+            If the value is not allowed; the message names the parameter, the value and what is allowed.
+        """
         converted = _convert(value, self.type)
         entries = converted if isinstance(converted, list) else [converted]
         if converted is None or not all(self._fits(entry) for entry in entries):
@@ -74,8 +118,10 @@ class Parameter:
 
 
 def _convert(value: object, wanted: object) -> object | None:
-    """value as the type wanted, None where it is of another. The command line makes whole numbers of '30' and of a serial number of
-    digits."""
+    """Convert a value to a type; None if that is not possible.
+
+    The ROS command line turns ``30``, and a serial number of digits, into integers.
+    """
     if wanted in (list[int], list[float], list[str]):
         entry = wanted.__args__[0]
         if isinstance(value, str) or not hasattr(value, '__iter__'):
@@ -90,7 +136,23 @@ def _convert(value: object, wanted: object) -> object | None:
 
 
 def defaults(table: Sequence[Parameter]) -> dict[str, object]:
-    """Name -> default value."""
+    """Default value of each parameter, by name.
+
+    Parameters
+    ----------
+    table : sequence of Parameter
+        The parameters of one node.
+
+    Returns
+    -------
+    dict
+        Name to default value.
+
+    Examples
+    --------
+    >>> defaults([Parameter('rate', float, 30.0, 'Hz', 'frame rate')])
+    {'rate': 30.0}
+    """
     return {p.name: p.default for p in table}
 
 
@@ -103,7 +165,20 @@ def _yaml(value: object) -> str:
 
 
 def to_yaml(table: Sequence[Parameter], node: str) -> str:
-    """A parameter file for ROS with all defaults, each explained in a comment; node: its name, as /**/camera_node."""
+    """Text of a ROS parameter file with all defaults.
+
+    Parameters
+    ----------
+    table : sequence of Parameter
+        The parameters of one node.
+    node : str
+        Name of the node in the file, such as ``/**/camera_node``.
+
+    Returns
+    -------
+    str
+        YAML text with a comment on each parameter: its description and its allowed values.
+    """
     lines = [f'{node}:', '  ros__parameters:']
     for p in table:
         lines += [f'    # {p.text} ({p.allowed})', f'    {p.name}: {_yaml(p.default)}']

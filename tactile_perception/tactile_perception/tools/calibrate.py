@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from tactile_driver.errors import tells_errors
+from tactile_driver.errors import reports_errors
 from tactile_driver.recordings.reader import descriptions
 
 from ..bags.replay import read_sensor_type
@@ -57,7 +57,7 @@ def recorded_serial(bag: Path) -> str:
     return next((str(about['serial']) for about in descriptions(bag) if about.get('serial')), '')
 
 
-@tells_errors('calibrate')
+@reports_errors('calibrate')
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with a one-line error."""
     parser = argparse.ArgumentParser(prog='calibrate', description=__doc__)

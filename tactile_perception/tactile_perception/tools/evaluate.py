@@ -12,7 +12,7 @@ import json
 import math
 from pathlib import Path
 
-from tactile_driver.errors import tells_errors
+from tactile_driver.errors import reports_errors
 
 from ..errors import BadArgument
 from ..evaluation.evaluation import Evaluation
@@ -122,7 +122,7 @@ def write(evaluation: Evaluation, report: dict, name: str, folder: Path) -> list
     return [folder / 'report.json', folder / 'report.txt', *draw(evaluation, name, folder)]
 
 
-@tells_errors('evaluate')
+@reports_errors('evaluate')
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with a one-line error."""
     parser = argparse.ArgumentParser(prog='evaluate', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -9,7 +9,7 @@ import argparse
 from itertools import chain
 from pathlib import Path
 
-from tactile_driver.errors import tells_errors
+from tactile_driver.errors import reports_errors
 from tactile_driver.recordings.writer import write_messages
 
 from ...common.progress import progress
@@ -41,7 +41,7 @@ def convert(recording: Recording | PsdRecording | TaxelRecording, target: Path, 
     write_messages(target, namespace, progress(chain(described, [first], messages), 'messages'))
 
 
-@tells_errors('convert_recording')
+@reports_errors('convert_recording')
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with a one-line error."""
     parser = argparse.ArgumentParser(prog='convert_recording', description=__doc__)

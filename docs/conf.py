@@ -1,0 +1,63 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sphinx: the pages of the repository and the API reference. `make docs` and rosdoc2 use it.
+
+The source folder is the top of the repository, so that a link of a page leads to the same file here and on a Git server.
+"""
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT / 'docs/extension'), str(ROOT / 'tactile_driver'), str(ROOT / 'tactile_perception'), str(ROOT / 'tactile_bringup')]
+
+project = 'Tactile sensors for ROS 2'
+author = copyright = 'The tactile authors'
+extensions = ['sphinx.ext.autodoc', 'sphinx.ext.mathjax', 'numpydoc', 'myst_parser', 'headers']
+root_doc = 'docs/index'
+include_patterns = ['README.md', 'CONTRIBUTING.md', 'docs/**.md', 'docs/**.rst', 'tactile_driver/doc/*.md', 'test/benchmark/doc/*.md']
+exclude_patterns = ['.*', 'build', 'install', 'log', 'out', 'tactile_*/test', '**/__pycache__']  # need not be walked
+html_theme = 'furo'
+html_title = project
+html_extra_path = ['_extra']
+html_show_sourcelink = False
+
+myst_heading_anchors = 4
+myst_enable_extensions = ['dollarmath', 'deflist']
+suppress_warnings = ['myst.header', 'toc.no_title']  # of the benchmark's pages, which are tables without a title
+
+# A machine that builds the pages needs no ROS, and no compiler.
+autodoc_mock_imports = ['ament_index_python', 'builtin_interfaces', 'cv_bridge', 'diagnostic_msgs', 'geometry_msgs', 'launch', 'launch_ros',
+                        'lifecycle_msgs', 'message_filters', 'rcl_interfaces', 'rclpy', 'rosbag2_py', 'rosgraph_msgs', 'rosidl_runtime_py',
+                        'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_msgs', 'tf2_ros',
+                        'visualization_msgs', 'tactile_msgs', 'tactile_perception._core']
+autodoc_member_order = 'bysource'
+autodoc_typehints = 'none'
+numpydoc_show_class_members = False
+
+#: Page to what a reader who looks for it may type: the first result of the search. `check_search.py` looks whether it is.
+SEARCHED = {
+    'docs/stick_slip': ('stick or slip', 'stick slip'),
+    'docs/controllers': ('wrench frame', 'frame of the wrench', 'age of a result'),
+    'docs/gel': ('calibrate gel', 'calibrate a gel'),
+    'docs/calibration': ('calibration file', 'calibrate a sensor'),
+    'docs/hand': ('start a hand', 'several sensors'),
+    'docs/faults': ('unplugged camera', 'camera unplugged'),
+    'docs/extending': ('add a sensor', 'new sensor type', 'add an algorithm'),
+    'docs/air_cushion': ('depth of the dome', 'dome depth'),
+    'docs/accuracy': ('accuracy figure', 'benchmark'),
+    'docs/methods': ('equation 7', 'image to dots', 'equations of the papers'),
+    'docs/README': ('parameters of a node', 'default parameters'),
+    'docs/troubleshooting': ('rviz shows nothing', 'no frame arrives'),
+    'docs/devices': ('serial permission', 'stable device name'),
+}
+
+
+def add_index_entries(app, page, source) -> None:
+    """Sphinx's event source-read: put the entries of SEARCHED before a page."""
+    entries = ', '.join(f'! {query}' for query in SEARCHED.get(page, ()))  # !: a main entry, which ranks before words and titles
+    source[0] = (f'```{{index}} {entries}\n```\n\n' if entries else '') + source[0]
+
+
+def setup(app) -> None:
+    """Connect the event."""
+    app.connect('source-read', add_index_entries)
