@@ -17,12 +17,12 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.dots.published import PaperCushionDetector
 from tactile_perception.errors import BadRecording
 from tactile_perception.nodes.messages import conversions as convert
 from tactile_perception.press.calibration import read_touch
 from tactile_perception.press.methods import make_method
 from tactile_perception.press.tools import PressReader
+from tactile_perception.published.air_cushion_contact import PaperCushionDetector
 
 from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of

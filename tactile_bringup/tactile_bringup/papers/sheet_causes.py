@@ -15,8 +15,8 @@ from tactile_perception.bags.stitched_bag import stitching_in
 from tactile_perception.common.marker_sensor import MarkerSensor
 from tactile_perception.press.field import MarkerField
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.published import PaperTouch, calibrate_paper, grid_point
 from tactile_perception.press.tools import PressReader
+from tactile_perception.published.areal_sensor_contact_position import PaperTouch, calibrate_paper, grid_point
 
 from .bench import Bench, Detail, mean, reported
 from .sheets import (

@@ -17,8 +17,8 @@ import numpy as np
 
 from tactile_perception.calibration.files.format import read_calibration, write_calibration
 from tactile_perception.press.calibration import REST
-from tactile_perception.press.published import Cubics, area_and_shift
 from tactile_perception.press.tools import PressReader, calibrate_markers, read_plate
+from tactile_perception.published.areal_sensor_contact_position import Cubics, area_and_shift
 
 from .bench import Bench, Method, Row, Table, common, mean, reported, shipped
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of

@@ -17,8 +17,8 @@ from tactile_driver.simulation.taxel.pad import FACES
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_perception.common.estimates import ContactRegionEstimate, SlipEstimate
 from tactile_perception.evaluation.scores import region_iou
+from tactile_perception.published.taxel_array_image_processing import image_moments
 from tactile_perception.taxel.pressure import TaxelArray
-from tactile_perception.taxel.published import image_moments
 
 from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Curves, Picture, draw_curves, legend_of

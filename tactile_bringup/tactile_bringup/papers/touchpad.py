@@ -12,7 +12,7 @@ import numpy as np
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.common.estimates import ContactRegionEstimate
 from tactile_perception.common.geometry import matrix_of_quaternion
-from tactile_perception.touchpad.published import PaperRegion
+from tactile_perception.published.touchpad_contact_region import PaperRegion
 
 from .bench import Bench, Detail, Row, Table, at_maximum, common, mean, reported
 from .figures import OURS, PUBLISHED, Curves, Picture, draw_curves, legend_of

@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 import scipy
 
+from tactile_driver.plugins import PluginTable
+
 from .. import _core
 from ..common.dots import Dots
 from ..common.statistics import upper_median
@@ -17,7 +19,6 @@ from ..errors import BadArgument, BadFrame, by_name
 from .auto import measure_any
 from .fit import DiscModel
 from .look import MIN_CONTRAST, Look, measure_look, select_channel, shrink
-from .published import PaperArealDetector, PaperCushionDetector, PaperDetector
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
 _SMALLEST_FRAME = 32  # px, shorter side of a frame: the detectors average over boxes of 15 px and more
@@ -226,7 +227,11 @@ class _Measured:
 
 
 #: (sign) -> an object with detect(image) -> Dots, a function of the image alone, or with measure(image) -> such an object
-METHODS = {'auto': partial(_Measured, partial(measure_any, make_fit=LikelihoodFinder)),
-           'likelihood': partial(_Measured, lambda image, sign: LikelihoodFinder(measure_look(image, sign))),
-           'blobs': partial(_Measured, _measure_markers),
-           'paper': PaperDetector, 'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector}
+METHODS = PluginTable('tactile_perception.dot_detectors', {
+    'auto': partial(_Measured, partial(measure_any, make_fit=LikelihoodFinder)),
+    'likelihood': partial(_Measured, lambda image, sign: LikelihoodFinder(measure_look(image, sign))),
+    'blobs': partial(_Measured, _measure_markers),
+    'paper': 'tactile_perception.published.touchpad_contact_region:PaperDetector',
+    'paper_areal': 'tactile_perception.published.areal_sensor_contact_position:PaperArealDetector',
+    'paper_cushion': 'tactile_perception.published.air_cushion_contact:PaperCushionDetector',
+})

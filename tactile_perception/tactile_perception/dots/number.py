@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tactile_driver.plugins import PluginTable
+
 from .. import _core
 from .._core.dots import Lattice
 from ..common.dots import GridNumbers
@@ -18,7 +20,6 @@ from ..common.surface import scatter
 from ..errors import BadArgument
 from .links import FARTHEST, Linker
 from .pattern import PatternNumbers
-from .published import PaperNumbering, SortNumbers
 
 _MOST_TURNED = 38.0  # degrees: rotated further, rows and columns may be exchanged
 _FEW_LINKED = 0.7  # of the dots: with fewer linked, the reason gives their number
@@ -230,10 +231,18 @@ def _extent(index: np.ndarray, least: float) -> tuple[int, np.ndarray]:
     return (low + int(full[0]), counts[full[0]:full[-1] + 1]) if len(full) else (0, counts[:0])
 
 
-METHODS = {'lattice': GridNumbering, 'paper': PaperNumbering}  # (rows, columns) -> object with number(uv, width, height) -> GridNumbers
+#: (rows, columns) -> object with number(uv, width, height) -> GridNumbers
+METHODS = PluginTable('tactile_perception.grid_numberings', {
+    'lattice': GridNumbering,
+    'paper': 'tactile_perception.published.touchpad_contact_region:PaperNumbering',
+})
 AUTO, REGISTER, SORT = 'auto', 'register', 'sort'
 #: (pattern) -> object with update(dots, stamp_s) -> ids
-WITHOUT_GRID = {'tracks': Linker, REGISTER: PatternNumbers, SORT: SortNumbers}
+WITHOUT_GRID = PluginTable('tactile_perception.numberings', {
+    'tracks': Linker,
+    REGISTER: PatternNumbers,
+    SORT: 'tactile_perception.published.sort:SortNumbers',
+})
 
 
 def grid_numbering(name: str, rows: int, columns: int):

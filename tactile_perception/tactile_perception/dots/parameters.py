@@ -40,11 +40,11 @@ def detection_parameters(polarity: str = 'any', detection: str = 'auto', numberi
         fixed('frame_id', str, '', '', 'sensor frame, in which all results are; empty: named as the namespace, with _ for /'),
         fixed('polarity', str, polarity, '', 'dots darker or brighter than the background; any: detection auto measures it',
               choices=tuple(POLARITIES)),
-        fixed('detection', str, detection, '', 'dot detection method', choices=tuple(METHODS)),
+        fixed('detection', str, detection, '', 'dot detection method', choices=METHODS),
         fixed('mask', str, '', 'px', 'what of the image shows the sensor: an image file of its size, white there, or a polygon '
               'x,y,x,y,...; empty: all'),
         fixed('numbering', str, numbering, '', 'dot indexing method; auto: finds a grid, else tracks; tracks, register, sort: other '
-              'patterns', choices=(AUTO, *NUMBERING, *WITHOUT_GRID)),
+              'patterns', choices=(AUTO, *NUMBERING.own, *WITHOUT_GRID.own)),
         fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
         fixed('reference.time_constant', float, 30.0, 's',
               'time constant with which the reference follows drift while nothing touches', 0.1, 1e6),

@@ -15,9 +15,8 @@ from .._core import finger
 from ..common.geometry import error_angle
 from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
-from .map import CROSS, MIX, TOTAL, fit_light_shift, fit_smooth_map, level_basis, log_map, position
+from .map import CROSS, MIX, TOTAL, fit_equidistant_map, fit_light_shift, fit_smooth_map, level_basis, log_map, position
 from .model import LOAD_TERMS, Creep, FingerFit, FingerModel, cross_basis, features
-from .published import fit_equidistant_map
 
 # Presses
 _REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # s, untouched time before a press: its length, gap to the press, gap to the last one. Chosen

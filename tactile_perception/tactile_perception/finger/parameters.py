@@ -12,20 +12,20 @@ from tactile_driver.plugins import PluginTable
 from .._core import finger
 from ..errors import by_name
 from .model import FingerModel
-from .published import paper_finger
 
 PsdFinger, FingerSettings = finger.PsdFinger, finger.FingerSettings
 
 
-def _settings(values: Mapping) -> dict:
+def finger_settings(values: Mapping) -> dict:
+    """FingerSettings of values of PSD_PARAMETERS, by name."""
     return {'radius': values['radius'], 'saturation': values['saturation'], 'reference_seconds': values['reference.seconds'],
             'fastest_drift': values['reference.fastest_drift'], 'each_sample': values['results'] == 'sample'}
 
 
 #: Name -> makes a finger of a model and the values of PSD_PARAMETERS.
 PSD_METHODS: Mapping[str, Callable[[FingerModel, Mapping], PsdFinger]] = PluginTable('tactile_perception.finger_methods', {
-    'map': lambda model, values: PsdFinger(model, FingerSettings(**_settings(values))),
-    'paper': lambda model, values: paper_finger(model, values['paper.threshold'], **_settings(values)),
+    'map': lambda model, values: PsdFinger(model, FingerSettings(**finger_settings(values))),
+    'paper': 'tactile_perception.published.psd_finger:make_finger',
 })
 
 _fixed = partial(Parameter, read_only=True)

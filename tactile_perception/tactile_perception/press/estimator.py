@@ -21,9 +21,8 @@ from ..errors import BadArgument, BadFrame
 from .calibration import TouchCalibration
 from .estimate import TouchEstimate
 from .field import MarkerField, RestMarkers
-from .methods import make_method
+from .methods import make_method, methods_for
 from .parameters import AUTO
-from .published import ContactFilter
 
 FASTEST = 0.5  # m/s, of a touch that goes on. Chosen: a hand that reaches
 SIGMAS = 4.0   # standard deviations by which two estimates of one touch differ at most. Chosen
@@ -173,7 +172,8 @@ class TouchEstimator:
         self._stiffness = calibration.stiffness
         self.model, self._rest = (self._method if hasattr(self._method, 'raised') else None), rest
         self._tracker = TouchTracker()
-        self._filter = ContactFilter() if values['paper.kalman'] and name == 'paper' else None
+        make_filter = methods_for(sensor)[name].contact_filter if values['paper.kalman'] else None
+        self._filter = make_filter() if make_filter else None
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
         """Contacts in one frame; stamp_s: s. Raises BadFrame for markers of another grid, or a stamp that is not later than the last."""

@@ -229,3 +229,17 @@ def checked_view(make_view: Callable[[np.ndarray], MarkerView], rest: np.ndarray
 def stitched_view(stitching: Stitching) -> StitchedView:
     """The view of an image with that stitching."""
     return StitchedView(1 / stitching.scale, np.asarray(stitching.origin, float), stitching.seam, stitching.camera_centres)
+
+
+def common_rest(fields) -> tuple[np.ndarray, np.ndarray]:
+    """Untouched positions (K, 2) m and camera_centres (K, 3) m, as of middle_of_seen."""
+    rest, camera_centre = np.stack([f.rest for f in fields]), np.stack([f.camera_centre for f in fields])
+    return middle_of_seen(rest), middle_of_seen(camera_centre)
+
+
+def middle_of_seen(values: np.ndarray) -> np.ndarray:
+    """Median (K, 2 or 3) of positions (M, K, 2 or 3) over the frames that see a marker; NaN where none does."""
+    seen = np.isfinite(values).all(-1).any(0)
+    middle = np.full(values.shape[1:], np.nan)
+    middle[seen] = np.nanmedian(values[:, seen], axis=0)
+    return middle

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
+from tactile_driver.plugins import PluginTable
+
 from ..common.marker_sensor import MarkerSensor
 from ..errors import BadArgument
 from .calibration import restored, stored
@@ -13,18 +15,19 @@ from .dome.calibration import calibrate_dome
 from .dome.model import DomeCalibration, DomeModelMethod
 from .estimate import TouchMethod
 from .presses import Presses
-from .published import CushionCalibration, PaperCalibration, PaperCushion, PaperTouch, calibrate_cushion, calibrate_paper
 from .sheet.calibration import calibrate_sheet
 from .sheet.model import SheetCalibration, SheetModelMethod
 
 
 class Method(NamedTuple):
     """calibrate: presses, sensor, and a calibration whose simulated library is kept, or None -> a calibration, a dataclass of the class
-    calibration; method: of one and the sensor, the TouchMethod."""
+    calibration; method: of one and the sensor, the TouchMethod; contact_filter: makes an object with update(estimates, ids, stamp_s) ->
+    estimates, which smooths contacts from frame to frame, None for a method without one."""
 
     calibrate: Callable
     calibration: type
     method: Callable
+    contact_filter: Callable | None = None
 
     def fit(self, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> dict:
         """Numbers for the calibration file; fitted: those of more presses of the same sensor, whose simulated library is kept, as a few
@@ -37,15 +40,19 @@ class Method(NamedTuple):
 
 
 #: Name -> method, of each kind of surface.
-SHEET_METHODS = {'paper': Method(calibrate_paper, PaperCalibration, PaperTouch),
-                 'model': Method(calibrate_sheet, SheetCalibration, SheetModelMethod)}
-DOME_METHODS = {'paper_cushion': Method(calibrate_cushion, CushionCalibration, PaperCushion),
-                'model': Method(calibrate_dome, DomeCalibration, DomeModelMethod)}
-#: Names of all methods.
-METHOD_NAMES = tuple(dict.fromkeys((*SHEET_METHODS, *DOME_METHODS)))
+SHEET_METHODS: Mapping[str, Method] = PluginTable('tactile_perception.sheet_methods', {
+    'paper': 'tactile_perception.published.areal_sensor_contact_position:METHOD',
+    'model': Method(calibrate_sheet, SheetCalibration, SheetModelMethod),
+})
+DOME_METHODS: Mapping[str, Method] = PluginTable('tactile_perception.dome_methods', {
+    'paper_cushion': 'tactile_perception.published.air_cushion_contact:METHOD',
+    'model': Method(calibrate_dome, DomeCalibration, DomeModelMethod),
+})
+#: Names of all methods of this project.
+METHOD_NAMES = tuple(dict.fromkeys((*SHEET_METHODS.own, *DOME_METHODS.own)))
 
 
-def methods_for(sensor: MarkerSensor) -> dict:
+def methods_for(sensor: MarkerSensor) -> Mapping[str, Method]:
     """The methods for a sensor's kind of surface."""
     return SHEET_METHODS if sensor.is_sheet else DOME_METHODS
 

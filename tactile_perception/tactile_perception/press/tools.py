@@ -28,11 +28,10 @@ from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
-from .field import RestMarkers, view_maker
+from .field import RestMarkers, middle_of_seen, view_maker
 from .methods import make_method, methods_for
 from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
 from .presses import SAME_PLACE, Found, Presses, held_out, marker_residuals, require_coverage, score
-from .published import middle_of_seen
 from .stitching import SIDES, StitchingFit, fit_stitching
 
 _TRIES = 5  # chosen: untouched pairs tried before the fit is given up

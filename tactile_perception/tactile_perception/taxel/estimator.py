@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
+
+from tactile_driver.plugins import PluginTable
 
 from .._core.taxel import Baseline, DeadTaxels, Hysteresis, Region
 from ..common.contact_tracker import ContactTracker, TrackedContact
@@ -18,7 +20,6 @@ from ..common.surface_points import SurfacePoints
 from ..errors import BadArgument, BadFrame
 from .motion import MotionTracker, ObjectMotion, TaxelSlip
 from .pressure import SoftPad, TaxelArray
-from .published import PaperMethod
 from .region import ContactScore, Regions, find_regions
 from .response import Response
 from .wrench import GraspedObject, normal_force, pressure_centre, taxel_forces, taxel_points, taxel_states, under_friction, wrench_of
@@ -68,11 +69,12 @@ class TaxelResult:
 class MechanicsMethod:
     """Contact and slip by a model of the pad: pressure at the border, pressure caused by traction, friction.
 
-    response: of the taxels; located: None, centroid and angle are those of the regions' outlines; shear: of the pad's surface; lead: (2,) m
-    by which traction moves the border of the pressure.
+    response: of the taxels; located: None, centroid and angle are those of the regions' outlines; is_depth_preferred: whether the force by
+    the depth is preferred to that by the pressure; shear: of the pad's surface; lead: (2,) m by which traction moves the border of the
+    pressure.
     """
 
-    located = None
+    located, is_depth_preferred = None, False
 
     def __init__(self, array: TaxelArray, pad: SoftPad, response: Response):
         self._array, self._pad, self._known = array, pad, response.known
@@ -107,11 +109,23 @@ class MechanicsMethod:
         self.lead = self._motion.lead
         return self._slip.process(motion, touched), motion
 
+    def wrench(self, normal: float, contact: np.ndarray, touched: np.ndarray, pressure: np.ndarray, grasped: GraspedObject) -> np.ndarray:
+        """(6,) N and N m of the object on the sensor. normal: N; contact: (3,) m, its centre; touched: (rows, columns) bool; pressure:
+        (rows, columns) Pa or counts."""
+        if self._known:
+            half = 0.5 * grasped.weight[:2]
+            friction = half if np.isfinite(half).all() else self.shear.force  # by the object's motion
+            centre = under_friction(pressure, touched, friction, self._array, self._pad, self.shear)
+        else:
+            centre = pressure_centre(pressure, touched, self._array, self._pad)
+        return wrench_of(normal, centre, contact, grasped)
 
-TAXEL_METHODS = {
+
+#: Name -> function of (array, pad, response) that makes the method.
+TAXEL_METHODS = PluginTable('tactile_perception.taxel_methods', {
     'mechanics': MechanicsMethod,
-    'paper': lambda array, pad, response: PaperMethod(array),
-}
+    'paper': 'tactile_perception.published.taxel_array_image_processing:make_method',
+})
 
 
 class TaxelEstimator:
@@ -165,12 +179,12 @@ class TaxelEstimator:
 
     def _normal_force(self, region: Region) -> float:
         """N, by calibrated pressure, else by depth and area (eq 5); NaN if both are unknown. Saturated taxels show too little: there the
-        larger of both counts. The published method prefers eq 5."""
+        larger of both counts."""
         by_depth = normal_force(region.moments.area, self.grasped.depth, self.pad)
         by_pressure = max(region.force, 0.0) if self.settings.response.known else np.nan
         if region.saturated:
             return float(np.fmax(by_pressure, by_depth))
-        first, second = (by_depth, by_pressure) if self.settings.method == 'paper' else (by_pressure, by_depth)
+        first, second = (by_depth, by_pressure) if self._method.is_depth_preferred else (by_pressure, by_depth)
         return first if math.isfinite(first) else second
 
     def _wrench(self, regions: Regions, normal: list[float], pressure: np.ndarray) -> np.ndarray:
@@ -178,16 +192,7 @@ class TaxelEstimator:
             return np.zeros(6) if self.settings.response.known or math.isfinite(self.grasped.depth) else np.full(6, np.nan)
         contact = regions.total.centroid.copy()
         contact[2] = -self.grasped.depth if self.grasped.depth > 0 else 0.0
-        if self.settings.method == 'paper':  # eq 9: all forces act at the centre of the contact (eqs 1 to 3)
-            contact[:2] = self._method.located[0]
-            return wrench_of(sum(normal), contact[:2], contact, replace(self.grasped, centre_of_mass=np.full(3, np.nan)))
-        if self.settings.response.known:
-            half, shear = 0.5 * self.grasped.weight[:2], self._method.shear
-            friction = half if np.isfinite(half).all() else shear.force  # by the object's motion
-            mean = under_friction(pressure, regions.touched, friction, self.array, self.pad, shear)
-        else:
-            mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
-        return wrench_of(sum(normal), mean, contact, self.grasped)
+        return self._method.wrench(sum(normal), contact, regions.touched, pressure, self.grasped)
 
     def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ObjectMotion | None):
         """The SurfacePoints of one frame."""

@@ -60,7 +60,7 @@ GRIPPER_PARAMETERS = (
 
 TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
     _fixed('method', str, 'mechanics', '', 'estimation method; mechanics: mechanics of the pad; paper: the steps of the paper',
-           choices=tuple(TAXEL_METHODS)),
+           choices=TAXEL_METHODS),
     _fixed('reference.start', str, 'auto', '',
            'untouched values at the start; first: the first frame; zero: zeros, where something may touch already; auto: zeros if most '
            'values of the first frame are 0, else that frame; those of a calibration have precedence', choices=('auto', 'first', 'zero')),

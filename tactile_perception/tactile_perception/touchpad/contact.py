@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import cv2
 import numpy as np
@@ -17,11 +17,9 @@ from tactile_driver.plugins import PluginTable
 
 from .. import _core
 from ..common.geometry import lie_on_a_line
-from ..common.surface import label_score, to_grid
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
 from .pose import RigidMotion
-from .published import PaperRegion, smooth_shape
 
 _BORDER_NOISE = 0.2  # pitches, of the network's distances from the border: measured on random scenes (docs/stick_slip.md)
 _WRONG = 0.06  # share of the dots that the model of stick and slip is sure of and wrong about: measured on random scenes, as above
@@ -139,35 +137,23 @@ class MembraneMethod:
             self._dots.objects, None if np.isnan(translation[0]) else RigidMotion(rotation, translation), seconds)
 
 
-class PaperMethod:
-    """By the movements of dots (paper touchpad_contact_region, eqs 2, 7, 9 to 14); estimates no forces."""
-
-    def __init__(self, rows: int, columns: int, d_max: float, delta_d: float):
-        self._shape = rows, columns
-        self._region = PaperRegion(rows, columns, d_max, delta_d)
-        self._rest = np.full((rows * columns, 3), np.nan)
+class ContactMethod(Protocol):
+    """Classifies the dots of one sensor, frame by frame."""
 
     def set_rest(self, rest_xyz: np.ndarray) -> None:
-        """Set the dots' rest positions (K, 3), m."""
-        self._rest = rest_xyz
+        """Set the reference positions (K, 3), m, of all dots; NaN: unknown."""
 
     def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
-        """Classify dots ids (N,) at xyz (N, 3), m, at stamp_s."""
-        rest = self._rest[ids]
-        moved = smooth_shape(to_grid(ids, xyz - rest, *self._shape)).reshape(-1, 3)[ids]
-        found = self._region.process(ids, rest + moved, rest, stamp_s)
-        score = label_score(to_grid(ids, (found.state > 0).astype(float), *self._shape)).ravel()[ids]
-        return DotClassification(found.state, score, np.full(6, np.nan), np.full((len(ids), 2), np.nan), motion=found.motion,
-                                 interval=found.interval)
+        """Classify dots ids (N,) at positions xyz (N, 3), m, at stamp_s, s."""
 
 
 #: Name -> function of (rows, columns, material, camera centre, values of TOUCHPAD_PARAMETERS) that makes the method.
 CONTACT_METHODS = PluginTable('tactile_perception.touchpad_methods', {
     'membrane': lambda rows, columns, material, origin, values: MembraneMethod(rows, columns, material, origin),
-    'paper': lambda rows, columns, material, origin, values: PaperMethod(rows, columns, values['paper.d_max'], values['paper.delta_d']),
+    'paper': 'tactile_perception.published.touchpad_contact_region:make_method',
 })
 
 
-def make_method(rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray, values: Mapping) -> MembraneMethod | PaperMethod:
+def make_method(rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray, values: Mapping) -> ContactMethod:
     """The method that values (of TOUCHPAD_PARAMETERS) select; origin: (3,) m, camera centre."""
     return CONTACT_METHODS[values['contact']](rows, columns, material, origin, values)

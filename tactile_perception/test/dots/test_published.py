@@ -6,8 +6,9 @@ import pytest
 
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.detect import DotDetector
-from tactile_perception.dots.published import PaperDetector, PaperNumbering, SortNumbers
 from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.published.sort import SortNumbers
+from tactile_perception.published.touchpad_contact_region import PaperDetector, PaperNumbering
 
 
 @pytest.mark.parametrize('sign, ground, contrast', [(-1, 180.0, -120.0), (1, 40.0, 150.0)])

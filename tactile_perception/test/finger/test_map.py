@@ -19,6 +19,7 @@ from tactile_perception.finger.map import (
     EquidistantMap,
     LightShift,
     direction,
+    fit_equidistant_map,
     fit_light_shift,
     fit_smooth_map,
     level_basis,
@@ -27,7 +28,7 @@ from tactile_perception.finger.map import (
 )
 from tactile_perception.finger.model import Creep, FingerFit, FingerModel, features, psd_file, read_psd
 from tactile_perception.finger.parameters import PsdFinger
-from tactile_perception.finger.published import fit_equidistant_map, paper_finger
+from tactile_perception.published.psd_finger import paper_finger
 
 RNG = np.random.default_rng(0)
 

@@ -10,16 +10,8 @@ from tactile_perception.press.estimate import AT_EDGE, OUT_OF_RANGE, TouchEstima
 from tactile_perception.press.field import MarkerField
 from tactile_perception.press.methods import DOME_METHODS, SHEET_METHODS
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.published import (
-    ContactFilter,
-    Cubics,
-    MarkerDepths,
-    distance_changes,
-    four_largest,
-    grid_point,
-    neighbours,
-    plate_step,
-)
+from tactile_perception.published.air_cushion_contact import distance_changes, four_largest, neighbours
+from tactile_perception.published.areal_sensor_contact_position import ContactFilter, Cubics, MarkerDepths, grid_point, plate_step
 
 PAPER, CUSHION = SHEET_METHODS['paper'], DOME_METHODS['paper_cushion']
 

@@ -14,10 +14,10 @@ from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, Key, TaxelScene,
 from tactile_perception.common.estimates import AMBIGUOUS, GROSS, NONE, SATURATED
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.evaluation.scores import macro_f1
+from tactile_perception.published.taxel_array_image_processing import PaperMethod, edge_loops, image_moments
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, grasped_object, taxel_estimator
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
-from tactile_perception.taxel.published import PaperMethod, edge_loops, image_moments
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tactile_perception.common.geometry import rotation_matrix
+from tactile_perception.published.touchpad_contact_region import PaperRegion
 from tactile_perception.touchpad.pose import ObjectPose, fit_rigid
-from tactile_perception.touchpad.published import PaperRegion
 
 
 def press(region, pad, frames, radius=6e-3):

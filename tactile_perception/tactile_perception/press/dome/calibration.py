@@ -13,9 +13,8 @@ from ...common.marker_sensor import MarkerSensor, dome_cap, first_touch_height, 
 from ...common.progress import in_parallel
 from ...errors import BadCalibration
 from ..calibration import Prior, beyond, identify, noise_at_rest
-from ..field import MarkerField, marker_radii
+from ..field import MarkerField, common_rest, marker_radii
 from ..presses import Presses
-from ..published import common_rest
 from .library import DomeLibrary, DomePlan, build_library
 from .mechanics import DomeMaterial, DomeMesh, MeshPlan, OnMesh, appear_at, centres_of, outlines, press_dome, shift_of
 from .model import DEPTH, SHALLOW, STRAIGHT, DomeCalibration, DomeFound, DomeInverse, FieldNoise, shallowness

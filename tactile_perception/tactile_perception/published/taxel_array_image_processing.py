@@ -1,15 +1,19 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The published method (paper taxel_array_image_processing): nonzero taxels are contact (section II.B), edges are its shape (III.B), slip
-is the pyramidal Lucas-Kanade flow of corner features (section III.C)."""
+"""The published method of the paper taxel_array_image_processing: nonzero taxels are contact (section II.B), edges are its shape (III.B),
+slip is the pyramidal Lucas-Kanade flow of corner features (section III.C)."""
 from __future__ import annotations
+
+from dataclasses import replace
 
 import cv2
 import numpy as np
 
 from ..common.estimates import NONE, SlipEstimate, next_state, planar_twist
-from .pressure import TaxelArray
-from .region import Regions, find_regions
+from ..taxel.pressure import SoftPad, TaxelArray
+from ..taxel.region import Regions, find_regions
+from ..taxel.response import Response
+from ..taxel.wrench import GraspedObject, wrench_of
 
 # The paper names no detector of edges. Canny's; thresholds half and double of these find the same edges.
 _EDGES = dict(threshold1=100, threshold2=200, L2gradient=True)  # grey levels, of an image scaled to 255
@@ -59,7 +63,7 @@ def edge_loops(image: np.ndarray, array: TaxelArray) -> tuple[list[np.ndarray], 
 class PaperMethod:
     """Contact and slip as published, without a model of the pad."""
 
-    lead = np.zeros(2)  # m, of no traction
+    lead, is_depth_preferred = np.zeros(2), True  # m, of no traction; the force follows from eq 5
 
     def __init__(self, array: TaxelArray):
         self._array = array
@@ -96,6 +100,11 @@ class PaperMethod:
             return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None
         return self._estimate(places[good, 0], (moved - places)[good, 0], stamp_s - last[1]), None
 
+    def wrench(self, normal: float, contact: np.ndarray, touched: np.ndarray, pressure: np.ndarray, grasped: GraspedObject) -> np.ndarray:
+        """(6,) N and N m of the object on the sensor: all forces act at the centre of the contact, by eqs 1 to 3 (eq 9)."""
+        centre = self.located[0]
+        return wrench_of(normal, centre, np.append(centre, contact[2]), replace(grasped, centre_of_mass=np.full(3, np.nan)))
+
     def _estimate(self, places: np.ndarray, flow: np.ndarray, interval: float) -> SlipEstimate:
         moving = np.hypot(flow[:, 0], flow[:, 1]) > _MOVED
         fraction = float(moving.mean())
@@ -110,3 +119,8 @@ class PaperMethod:
         estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
         estimate.rotation_center = np.array([*centre, 0.0]) if np.isfinite(centre).all() else np.full(3, np.nan)
         return estimate
+
+
+def make_method(array: TaxelArray, pad: SoftPad, response: Response) -> PaperMethod:
+    """The method; it uses neither the pad nor the response."""
+    return PaperMethod(array)

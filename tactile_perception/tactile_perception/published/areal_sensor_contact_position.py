@@ -1,17 +1,61 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The published methods: of a sheet, paper areal_sensor_contact_position; of a dome, paper air_cushion_contact."""
+"""The published method of the paper areal_sensor_contact_position.
+
+Markers are thresholded regions of the green channel (section 2.2); the depth of each follows from its area and displacement, and the
+contact point from Gaussians through the depths.
+"""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
-from ..common.marker_sensor import MarkerSensor, first_touch_height, rest_points
-from ..errors import BadArgument, BadCalibration
-from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
-from .field import MarkerField
-from .presses import Presses, rms_errors
+from ..common.dots import Dots
+from ..common.marker_sensor import MarkerSensor
+from ..errors import BadArgument, BadCalibration, BadFrame
+from ..press.estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..press.field import MarkerField, common_rest
+from ..press.methods import Method
+from ..press.presses import Presses, rms_errors
+
+_GREEN = 1
+SQUARE = np.ones((3, 3), np.uint8)
+_SMALLEST = 6  # px of a region; smaller ones are noise
+_LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest marker
+
+
+class PaperArealDetector:
+    """Green channel, opening, Otsu's threshold, labels; sign: 1 for bright markers, -1 for dark."""
+
+    def __init__(self, sign: int):
+        self._sign = sign
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """Markers of one checked uint8 image: centroid and number of their pixels. Raises BadFrame where there are none."""
+        green = image if image.ndim == 2 else cv2.extractChannel(image, _GREEN)
+        opened = cv2.morphologyEx(bright_image(green, self._sign), cv2.MORPH_OPEN, SQUARE)
+        binary = cv2.threshold(opened, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
+        _, _, stats, centre = cv2.connectedComponentsWithStats(binary, connectivity=8)
+        return marker_dots(centre[1:], stats[1:, cv2.CC_STAT_AREA])
+
+
+def bright_image(grey: np.ndarray, sign: int) -> np.ndarray:
+    """An image in which markers are bright; sign: 1 if they are, -1 for dark ones."""
+    return grey if sign > 0 else cv2.bitwise_not(grey)
+
+
+def marker_dots(uv, area) -> Dots:
+    """Dots of a marker's size; sigma is NaN (the papers have none)."""
+    area = np.asarray(area, float)
+    some = area >= _SMALLEST
+    typical = np.median(area[some]) if some.any() else np.nan
+    kept = some & (area > _LEAST * typical) & (area < _MOST * typical)
+    if not kept.any():
+        raise BadFrame('no region of a marker\'s size is left after the threshold: check light, focus and the parameter polarity')
+    return Dots(np.asarray(uv, float)[kept], area[kept], np.full(int(kept.sum()), np.nan))
+
 
 DEGREE = 3      # of the polynomials (paper: "the third-degree polynomial is the best fit")
 _BELOW = 0.05   # of the calibrated range: a value further below it is out of range. Chosen
@@ -154,20 +198,6 @@ def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
                              f'{1e3 * ends:.1f} mm deeper than the middle; align it with the sheet')
 
 
-def common_rest(fields) -> tuple[np.ndarray, np.ndarray]:
-    """Untouched positions (K, 2) m and camera_centres (K, 3) m, as of middle_of_seen."""
-    rest, camera_centre = np.stack([f.rest for f in fields]), np.stack([f.camera_centre for f in fields])
-    return middle_of_seen(rest), middle_of_seen(camera_centre)
-
-
-def middle_of_seen(values: np.ndarray) -> np.ndarray:
-    """Median (K, 2 or 3) of positions (M, K, 2 or 3) over the frames that see a marker; NaN where none does."""
-    seen = np.isfinite(values).all(-1).any(0)
-    middle = np.full(values.shape[1:], np.nan)
-    middle[seen] = np.nanmedian(values[:, seen], axis=0)
-    return middle
-
-
 REACH = 2      # neighbours on each side (eq 13)
 
 
@@ -300,95 +330,5 @@ class ContactFilter:
         return stamp_s, mean + gain.T * (seen - mean[0]), covariance - gain[:, :, None] * covariance[:, :1, :]
 
 
-QUIET = 2.0  # detection threshold of a dome over the maximum change of distance in untouched frames. Chosen
-NEAREST, LARGEST = 5, 4  # neighbours; changes (eq 2)
-RANGE = 3.0   # pitches from the largest change within which the others are searched; the paper gives no number. Chosen
-
-
-def neighbours(rest: np.ndarray) -> np.ndarray:
-    """(K, 5) ids of the five nearest neighbours of each marker at rest (K, 2) m. Raises BadCalibration where fewer are known."""
-    apart = np.hypot(*(rest[:, None] - rest[None]).transpose(2, 0, 1))
-    apart[~np.isfinite(apart)] = np.inf
-    np.fill_diagonal(apart, np.inf)
-    if np.isfinite(rest).all(1).sum() <= NEAREST:
-        raise BadCalibration(f'at least {NEAREST + 1} markers must be seen; check the image of the untouched dome')
-    return np.argsort(apart, axis=1)[:, :NEAREST]
-
-
-def distance_changes(field: MarkerField, near: np.ndarray) -> np.ndarray:
-    """(K,) m, absolute change of the mean distance (eq 1) to the neighbours near (K, 5) that are seen; NaN for a marker not seen."""
-    now = field.rest + field.shift
-
-    def mean_distance(places):
-        """(K,) m, of places (K, 2) to the neighbours that are seen."""
-        distances = np.hypot(*(places[near] - places[:, None]).transpose(2, 0, 1))
-        both = seen[near] & seen[:, None]
-        return np.where(both, distances, 0.0).sum(1) / np.where(both.any(1), both.sum(1), np.nan)
-    seen = field.seen
-    return np.abs(mean_distance(now) - mean_distance(field.rest))
-
-
-def four_largest(changes: np.ndarray, places: np.ndarray, reach: float) -> tuple[np.ndarray, float] | None:
-    """Weighted place (2,) m (eqs 2 to 4) and mean change, m, of the four largest changes within reach of the largest; None: no change."""
-    changes = np.where(np.isfinite(changes) & np.isfinite(places).all(1), changes, 0.0)
-    first = int(changes.argmax())
-    if not changes[first] > 0:
-        return None
-    close = np.hypot(*(places - places[first]).T) <= reach
-    four = np.argsort(np.where(close, changes, -1.0))[::-1][:LARGEST]
-    four = four[close[four]]
-    middle, share = places[four].mean(0), changes[four] / changes[four].sum()
-    return middle + share @ (places[four] - middle), float(changes[four].mean())
-
-
-@dataclass(frozen=True)
-class CushionCalibration:
-    """rest: (K, 2) m, and camera_centres: (K, 3) m, of the untouched markers; cubic: from a mean change to a depth; the rest as of
-    PaperCalibration."""
-
-    rest: np.ndarray
-    camera_centres: np.ndarray
-    cubic: Cubics
-    quiet: float
-    place_sigma: float
-    depth_sigma: float
-
-
-class PaperCushion:
-    """The paper's method on a dome; detects one touch at most."""
-
-    def __init__(self, calibration: CushionCalibration, sensor: MarkerSensor):
-        self.calibration, self.sensor = calibration, sensor
-        self.near = neighbours(calibration.rest)
-        self.points = rest_points(calibration.rest, calibration.camera_centres, sensor)
-
-    def measure(self, field: MarkerField) -> tuple[np.ndarray, float] | None:
-        """Place (2,) m in sensor x and y, and mean change, m; None where nothing changed. Raises BadArgument for another pattern."""
-        if len(field) != len(self.near):
-            raise BadArgument(f'calibrated for {len(self.near)} markers, got a field of {len(field)}')
-        return four_largest(distance_changes(field, self.near), self.points[:, :2], RANGE * max(self.sensor.pitch))
-
-    def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
-        found, known = self.measure(field), self.calibration
-        if found is None or not found[1] > known.quiet:
-            return []
-        depth, outside = (value.item() for value in known.cubic(np.array([found[1]])))
-        height = first_touch_height(found[0], 0.0, self.sensor)[0] - depth
-        variance = np.square([known.place_sigma, known.place_sigma, known.depth_sigma])
-        return [TouchEstimate(np.append(found[0], height), depth, np.diag(variance), known.depth_sigma,
-                              flags=OUT_OF_RANGE if outside else 0)]
-
-
-def calibrate_cushion(presses: Presses, sensor: MarkerSensor, _known: CushionCalibration | None = None) -> CushionCalibration:
-    """Calibrate PaperCushion. Raises BadCalibration where the presses determine no rising cubic."""
-    rest, camera_centres = common_rest(presses.fields)
-    near, places = neighbours(rest), rest_points(rest, camera_centres, sensor)[:, :2]
-    found = [four_largest(distance_changes(field, near), places, RANGE * max(sensor.pitch)) for field in presses.fields]
-    change = np.array([0.0 if f is None else f[1] for f in found])
-    cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
-    if np.isnan(cubic.low).any():
-        raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
-    quiet = float(max(QUIET * change[~presses.touching].max(initial=0.0), MIN_THRESHOLD))
-    found = CushionCalibration(rest, camera_centres, cubic, quiet, np.nan, np.nan)
-    return replace(found, **rms_errors(PaperCushion(found, sensor), presses))
+#: For the table of methods of sheets.
+METHOD = Method(calibrate_paper, PaperCalibration, PaperTouch, ContactFilter)

@@ -1,21 +1,27 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Published methods.
+"""The published method of the paper touchpad_contact_region.
 
-Detectors: touchpad_contact_region (section 3.4, six steps, eqs 15 and 16), areal_sensor_contact_position (section 2.2) and
-air_cushion_contact (section III.A). Numbers: touchpad_contact_region (section 3.5: five steps, eqs 17, 18 and the unnumbered one of step
-5); air_cushion_contact by SORT (Bewley, Ge, Ott, Ramos, Upcroft: Simple online and realtime tracking, 2016): boxes followed by a Kalman
-filter of constant velocity each, and assigned by their overlap.
+Dots are detected in six steps (section 3.4, eqs 15 and 16) and numbered from the middle row and column outwards (section 3.5, eqs 17, 18
+and the unnumbered one of step 5); contact states follow from the motion of a rigid object (sections 3.2 and 3.3).
 """
 from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 import scipy
 
 from ..common.dots import Dots, GridNumbers
+from ..common.surface import grid_normals, label_score, to_grid
+from ..dots.links import FARTHEST
 from ..errors import BadArgument, BadFrame
-from .links import FARTHEST
+from ..touchpad.contact import DotClassification
+from ..touchpad.membrane import MembraneMaterial
+from ..touchpad.pose import RigidMotion, fit_rigid
 
 # The papers give no values; chosen for dots of 5 to 15 px at 640 x 480.
 _BLOCK = 31  # px, side of the local mean
@@ -66,59 +72,6 @@ def _dot_sized(area, pixels):
     if kept.any():
         kept &= area < _LARGEST_OF_TYPICAL * np.median(area[kept])
     return kept
-
-
-_GREEN = 1
-_SQUARE = np.ones((3, 3), np.uint8)
-_DENOISE, _WITHIN = 10.0, 7  # grey levels, strength of the non-local means; px, side of the window in which it looks for what is alike
-_LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest marker
-
-
-class PaperArealDetector:
-    """Green channel, opening, Otsu's threshold, labels; sign: 1 for bright markers, -1 for dark."""
-
-    def __init__(self, sign: int):
-        self._sign = sign
-
-    def detect(self, image: np.ndarray) -> Dots:
-        """Markers of one checked uint8 image: centroid and number of their pixels. Raises BadFrame where there are none."""
-        green = image if image.ndim == 2 else cv2.extractChannel(image, _GREEN)
-        opened = cv2.morphologyEx(_bright(green, self._sign), cv2.MORPH_OPEN, _SQUARE)
-        binary = cv2.threshold(opened, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
-        _, _, stats, centre = cv2.connectedComponentsWithStats(binary, connectivity=8)
-        return _dots(centre[1:], stats[1:, cv2.CC_STAT_AREA])
-
-
-class PaperCushionDetector:
-    """Grey, non-local means, Otsu's threshold, erosion, contours; sign: 1 for bright markers, -1 for dark."""
-
-    def __init__(self, sign: int):
-        self._sign = sign
-
-    def detect(self, image: np.ndarray) -> Dots:
-        """Markers of one checked uint8 image: centroid and area of their contours. Raises BadFrame where there are none."""
-        grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        denoised = cv2.fastNlMeansDenoising(_bright(grey, self._sign), h=_DENOISE, searchWindowSize=_WITHIN)
-        binary = cv2.threshold(denoised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
-        contours = cv2.findContours(cv2.erode(binary, _SQUARE), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
-        moments = [m for m in map(cv2.moments, contours) if m['m00'] > 0]
-        sums = np.array([(m['m00'], m['m10'], m['m01']) for m in moments]).reshape(-1, 3)
-        return _dots(sums[:, 1:] / sums[:, :1], sums[:, 0])
-
-
-def _bright(grey, sign):
-    return grey if sign > 0 else cv2.bitwise_not(grey)
-
-
-def _dots(uv, area) -> Dots:
-    """Dots of a marker's size; sigma is NaN (the papers have none)."""
-    area = np.asarray(area, float)
-    some = area >= _SMALLEST
-    typical = np.median(area[some]) if some.any() else np.nan
-    kept = some & (area > _LEAST * typical) & (area < _MOST * typical)
-    if not kept.any():
-        raise BadFrame('no region of a marker\'s size is left after the threshold: check light, focus and the parameter polarity')
-    return Dots(np.asarray(uv, float)[kept], area[kept], np.full(int(kept.sum()), np.nan))
 
 
 _SEARCH = 0.5  # pitches around a predicted position: the paper gives no value; wider ones overlap
@@ -210,71 +163,131 @@ def _predicted(places: dict, r: int, c: int, row: int, column: int, pitch: np.nd
     return places[row, column] + pitch * np.array([c - column, r - row])
 
 
-_FRAME_S = 1 / 30  # s: the variances of the authors' program are those of a frame of video
-_BEGIN = np.diag([10.0, 1e4])  # covariance of a coordinate and its velocity where a track begins
-_DRIFT = np.array([np.diag([1.0, 0.01]), np.diag([1.0, 0.01]), np.diag([1.0, 1e-4])])  # added in a frame: column, row, area
-_SEEN = np.array([1.0, 1.0, 10.0])  # variances of what is seen: column and row, px^2; area, px^4
-_OVERLAP = 0.3  # least intersection over union of a box with the predicted one
-_MAX_AGE = 1  # frames that a track may be unseen: the default of the authors' program
+NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
+_HORIZON_S = 4.0  # s, in which t_p is searched
+_AROUND = 9  # dots around the reference dot that are assumed to stick (section 3.2: "at least a set of nine dots")
 
 
-class SortNumbers:
-    """Numbers of markers: those of the places at which their tracks began.
+@dataclass(frozen=True)
+class PaperStates:
+    """state: (N,) uint8 of NON_CONTACT, STICKING, SLIPPING; reference_id: number of the contact reference dot, -1 without one;
+    motion: the object's from t_p to t_c, None when unknown; interval: t_c - t_p, s, NaN when unknown."""
 
-    pattern: (K, 2) px, untouched places; None: those of the first frame. The box of a marker is the square around a circle of its area, so
-    the filter needs no ratio of sides. A track that ended does not come back: its marker begins another one, and has no number.
+    state: np.ndarray
+    reference_id: int
+    motion: RigidMotion | None
+    interval: float
+
+
+def smooth_shape(moved: np.ndarray) -> np.ndarray:
+    """Medians (rows, columns, 3) of how dots and those around them moved, (rows, columns, 3) m, NaN for unseen ones.
+
+    The paper takes places from a smooth shape of the touchpad. Here each dot has a range of its own: a single wrong one would be the
+    reference dot, and determine t_p.
+    """
+    rows, columns, _ = moved.shape
+    around = np.pad(np.nan_to_num(moved), ((1, 1), (1, 1), (0, 0)), mode='edge')
+    return np.median([around[r:r + rows, c:c + columns] for r in range(3) for c in range(3)], axis=0)
+
+
+class PaperRegion:
+    """States of dots on a rows x columns grid, frame by frame.
+
+    d_max: m, largest displacement that makes an interval long enough (D_max, eq 10); delta_d: m, threshold of the tests (eqs 12, 14):
+    the paper's 12.0 and 2.5 px in m. While no frame of the last seconds is d_max away, the states stay; once no dot is d_max from its
+    untouched position, none is in contact.
     """
 
-    def __init__(self, pattern: np.ndarray | None = None):
-        self._pattern, self._stamp_s = pattern, -np.inf
-        self._mean, self._covariance = np.zeros((0, 3, 2)), np.zeros((0, 3, 2, 2))  # of column, row, area, and their velocities a frame
-        self._id, self._age = np.zeros(0, int), np.zeros(0, int)  # age: frames since the track's dot was seen
+    def __init__(self, rows: int, columns: int, d_max: float = 0.91e-3, delta_d: float = 0.19e-3):
+        self.rows, self.columns, self.d_max, self.delta_d = rows, columns, d_max, delta_d
+        self._past: deque[tuple[float, np.ndarray]] = deque()
+        self._state = np.zeros(rows * columns, np.uint8)
 
-    def update(self, dots: Dots, stamp_s: float, size: tuple | None = None) -> np.ndarray:
-        """Number (N,) of each dot, -1 for one whose track began later than the first frame; stamp_s: s, later than the last."""
-        boxes = np.column_stack([dots.uv, dots.area * (4 / np.pi)])
-        if self._stamp_s == -np.inf:
-            uv = dots.uv if self._pattern is None else np.asarray(self._pattern, float)
-            self._begin(np.column_stack([uv, np.full(len(uv), np.median(boxes[:, 2]))]), np.arange(len(uv)))
-        else:
-            self._predict((stamp_s - self._stamp_s) / _FRAME_S)
-        overlap = self._overlap(boxes)
-        track, dot = scipy.optimize.linear_sum_assignment(overlap, maximize=True)
-        same = overlap[track, dot] >= _OVERLAP
-        track, dot = track[same], dot[same]
-        self._correct(track, boxes[dot])
-        self._stamp_s = stamp_s
-        self._age += 1
-        self._age[track] = 0
-        id = np.full(len(boxes), -1)
-        id[dot] = self._id[track]
-        kept = self._age <= _MAX_AGE
-        self._mean, self._covariance, self._id, self._age = (values[kept] for values in (self._mean, self._covariance, self._id, self._age))
-        new = np.delete(boxes, dot, axis=0)
-        self._begin(new, np.full(len(new), -1))
-        return id
+    def process(self, ids: np.ndarray, xyz: np.ndarray, rest_xyz: np.ndarray, stamp_s: float) -> PaperStates:
+        """States of the dots ids (N,) at xyz (N, 3), untouched at rest_xyz (N, 3), sensor frame, m, at stamp_s.
 
-    def _begin(self, boxes: np.ndarray, id: np.ndarray) -> None:
-        """Begin a track at each of boxes (N, 3)."""
-        self._mean = np.concatenate([self._mean, np.stack([boxes, np.zeros_like(boxes)], axis=2)])
-        self._covariance = np.concatenate([self._covariance, np.broadcast_to(_BEGIN, (len(boxes), 3, 2, 2))])
-        self._id, self._age = np.append(self._id, id), np.append(self._age, np.zeros(len(boxes), int))
+        Dots with NaN in xyz count as unseen.
+        """
+        now, rest = (to_grid(ids, places, self.rows, self.columns).reshape(-1, 3) for places in (xyz, rest_xyz))
+        found = self._judge(ids, now, np.linalg.norm(now - rest, axis=1), stamp_s)
+        self._past.append((stamp_s, now))
+        while self._past[0][0] < stamp_s - _HORIZON_S:
+            self._past.popleft()
+        return found
 
-    def _predict(self, frames: float) -> None:
-        step = np.array([[1.0, frames], [0.0, 1.0]])
-        self._mean = self._mean @ step.T
-        self._covariance = step @ self._covariance @ step.T + frames * _DRIFT
+    def _judge(self, ids, now, moved, stamp_s) -> PaperStates:
+        if not np.isfinite(moved).any() or np.nanmax(moved) < self.d_max:
+            self._state[:] = NON_CONTACT
+            return PaperStates(self._state[ids], -1, None, np.nan)
+        before, since = self._previous(now)
+        if before is None:
+            return PaperStates(self._state[ids], self._reference(moved), None, np.nan)
+        both = np.isfinite(before[:, 0]) & np.isfinite(now[:, 0])
+        reference = self._reference(np.where(both, moved, np.nan))
+        motion = self._object_motion(reference, before, now, both)
+        if motion is None:
+            return PaperStates(self._state[ids], reference, None, np.nan)
+        self._decide(reference, motion, before, now, both)
+        return PaperStates(self._state[ids], reference, motion, stamp_s - since)
 
-    def _correct(self, track: np.ndarray, boxes: np.ndarray) -> None:
-        mean, covariance = self._mean[track], self._covariance[track]
-        gain = covariance[..., 0] / (covariance[..., 0, :1] + _SEEN[:, None])
-        self._mean[track] = mean + gain * (boxes - mean[..., 0])[..., None]
-        self._covariance[track] = covariance - gain[..., None] * covariance[..., :1, :]
+    def _previous(self, now: np.ndarray) -> tuple[np.ndarray | None, float]:
+        """Positions at t_p, and t_p: the newest frame from which some dot has moved by more than d_max (eq 10)."""
+        for stamp, places in reversed(self._past):
+            step = now - places
+            if (np.einsum('ki,ki->k', step, step) > self.d_max**2).any():
+                return places, stamp
+        return None, np.nan
 
-    def _overlap(self, boxes: np.ndarray) -> np.ndarray:
-        """Intersection over union (T, N) of each track's box with each of boxes (N, 3)."""
-        ours, seen = self._mean[:, None, :, 0], boxes[None]
-        area = np.maximum(ours[..., 2], 0), seen[..., 2]
-        side = [np.sqrt(one)[..., None] for one in area]
-        within = np.clip((side[0] + side[1]) / 2 - np.abs(ours[..., :2] - seen[..., :2]), 0, np.minimum(*side)).prod(axis=2)
-        return np.nan_to_num(within / (area[0] + area[1] - within))
+    @staticmethod
+    def _reference(moved: np.ndarray) -> int:
+        """Number of the dot farthest from its untouched position (eq 2); -1 if no dot can be compared."""
+        return int(np.nanargmax(moved)) if np.isfinite(moved).any() else -1
+
+    def _object_motion(self, reference: int, before, now, both) -> RigidMotion | None:
+        """The object's motion from the seen dots nearest to the reference dot on the grid, assumed to stick (eq 3)."""
+        seen = np.flatnonzero(both)
+        row, column = np.divmod(seen, self.columns)
+        distance = (row - reference // self.columns)**2 + (column - reference % self.columns)**2
+        around = seen[np.argsort(distance, kind='stable')[:_AROUND]]
+        return fit_rigid(before[around], now[around])
+
+    def _decide(self, reference: int, motion: RigidMotion, before, now, both) -> None:
+        """Eq 12 for dots that were free, eqs 12 and 14 for dots that were in contact."""
+        displacement = now - before
+        # Right side of eq 7; R(-w) is the transpose of the object's rotation.
+        predicted = displacement + (now[reference] - now) @ (np.eye(3) - motion.rotation.T).T
+        difference = displacement[reference] - predicted
+        normals = grid_normals(now.reshape(self.rows, self.columns, 3)).reshape(-1, 3)
+        limit = self.delta_d * np.sqrt(np.nanmax(np.sum(displacement**2, axis=1))) / self.d_max
+        sticks = np.linalg.norm(difference, axis=1) < limit
+        touches = np.abs(np.sum(difference * normals, axis=1)) < limit
+        contact = np.where(self._state == NON_CONTACT, sticks, touches | sticks)
+        state = np.where(contact, np.where(sticks, STICKING, SLIPPING), NON_CONTACT)
+        self._state = np.where(both, state, self._state).astype(np.uint8)
+
+
+class PaperMethod:
+    """By the movements of dots (paper touchpad_contact_region, eqs 2, 7, 9 to 14); estimates no forces."""
+
+    def __init__(self, rows: int, columns: int, d_max: float, delta_d: float):
+        self._shape = rows, columns
+        self._region = PaperRegion(rows, columns, d_max, delta_d)
+        self._rest = np.full((rows * columns, 3), np.nan)
+
+    def set_rest(self, rest_xyz: np.ndarray) -> None:
+        """Set the dots' rest positions (K, 3), m."""
+        self._rest = rest_xyz
+
+    def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
+        """Classify dots ids (N,) at xyz (N, 3), m, at stamp_s."""
+        rest = self._rest[ids]
+        moved = smooth_shape(to_grid(ids, xyz - rest, *self._shape)).reshape(-1, 3)[ids]
+        found = self._region.process(ids, rest + moved, rest, stamp_s)
+        score = label_score(to_grid(ids, (found.state > 0).astype(float), *self._shape)).ravel()[ids]
+        return DotClassification(found.state, score, np.full(6, np.nan), np.full((len(ids), 2), np.nan), motion=found.motion,
+                                 interval=found.interval)
+
+
+def make_method(rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray, values: Mapping) -> PaperMethod:
+    """The method with values of TOUCHPAD_PARAMETERS; it uses neither the membrane nor the camera centre."""
+    return PaperMethod(rows, columns, values['paper.d_max'], values['paper.delta_d'])
