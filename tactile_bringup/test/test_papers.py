@@ -10,7 +10,7 @@ import pytest
 
 from tactile_bringup.papers import command
 from tactile_bringup.papers.bench import Bench, Detail, Row, Table, at_maximum, common, reported, unexplained
-from tactile_bringup.papers.figures import Curves, Picture, draw_curves
+from tactile_bringup.papers.figures import PUBLISHED, Curves, Picture, draw_curves
 
 ALL = [(name, experiment) for name, experiments in command.EXPERIMENTS.items() for experiment in experiments]
 QUICK = 'one_camera',
@@ -53,10 +53,10 @@ def tables_of(page: str) -> list[Table]:
     for part in page.split('\n### ')[1:]:
         title, *lines = part.split('\n## ')[0].splitlines()
         cells = [[cell.strip() for cell in line[1:-1].split('|')] for line in lines if line.startswith('|')]
-        if cells and 'the paper reports' in cells[0]:
+        if cells and PUBLISHED in cells[0]:
             head, _, *rows = cells
             rows = [dict(zip(head, ('' if cell == '-' else cell for cell in row))) for row in rows]
-            found.append(Table(title, [Row(row[''], row['unit'], row['the paper reports'], float(row['its method, as built here'] or 'nan'),
+            found.append(Table(title, [Row(row[''], '', row.get('paper', ''), float(row[PUBLISHED] or 'nan'),
                                            cause=row.get('cause', '')) for row in rows]))
     return found
 
@@ -70,10 +70,10 @@ def test_each_figure_on_a_page_that_misses_the_papers_names_a_cause_that_the_pag
 
 
 def test_a_page_with_a_figure_without_a_cause_fails():
-    head = '\n### x\n\n| | unit | the paper reports | its method, as built here | ours | cause |\n|---|---|---|---|---|---|\n'
-    assert not unexplained(tables_of(f'{head}| depth | mm | 0.06 | 0.08 | 0.1 | |\n'), [])
-    assert len(unexplained(tables_of(f'{head}| depth | mm | 0.06 | 0.4 | 0.1 | |\n'), [])) == 1
-    assert len(unexplained(tables_of(f'{head}| depth | mm | 0.06 | 0.4 | 0.1 | dent |\n'), ['light'])) == 1
+    head = '\n### x\n\n| | paper | its method | ours | cause |\n|---|---|---|---|---|\n'
+    assert not unexplained(tables_of(f'{head}| depth, mm | 0.06 | 0.08 | 0.1 | |\n'), [])
+    assert len(unexplained(tables_of(f'{head}| depth, mm | 0.06 | 0.4 | 0.1 | |\n'), [])) == 1
+    assert len(unexplained(tables_of(f'{head}| depth, mm | 0.06 | 0.4 | 0.1 | dent |\n'), ['light'])) == 1
 
 
 def test_a_figure_of_more_than_one_and_a_half_times_the_papers_needs_a_cause_that_a_run_shows():
@@ -90,13 +90,22 @@ def test_a_figure_of_more_than_one_and_a_half_times_the_papers_needs_a_cause_tha
 
 
 def test_what_is_unknown_is_no_number_in_a_table():
-    assert '| position | mm | - | - | 1 |' in Table('title', [Row('position', 'mm', '', np.nan, 1.0)]).lines()
+    assert '| y, mm | - | - | 1 |' in Table('title', [Row('x', 'mm', '2.0', 2.0, 1.0), Row('y', 'mm', '', np.nan, 1.0)]).lines()
     assert '| lens off | - | 2 |' in Detail('title', ('', 'a', 'b'), [('lens off', np.nan, 2.0)]).lines()
 
 
 def test_the_cause_stands_beside_the_figure():
     lines = Table('title', [Row('x', 'mm', '2.0', 4.0, 1.0, cause='light'), Row('y', 'mm', '2.0', 2.0, 1.0)]).lines()
-    assert '| x | mm | 2.0 | 4 | 1 | light |' in lines and '| y | mm | 2.0 | 2 | 1 | |' in lines
+    assert '| x, mm | 2.0 | 4 | 1 | light |' in lines and '| y, mm | 2.0 | 2 | 1 | |' in lines
+
+
+def test_a_column_without_figures_is_left_out():
+    assert '| | its method |' in Table('title', [Row('x', 'mm', '', 4.0)]).lines()
+
+
+def test_a_note_that_tables_share_is_printed_once():
+    tables = [Table('first', [Row('x', 'mm', '', 4.0)], 'shared'), Table('second', [Row('x', 'mm', '', 4.0)], 'shared')]
+    assert command.report({'paper': [*tables, Table('third', [], 'its own')]}).count('shared') == 1
 
 
 def test_methods_are_compared_on_the_frames_that_both_report():

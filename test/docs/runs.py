@@ -93,10 +93,10 @@ RUNS = (
     Run(r'python3 test/benchmark/judged.py', prints=r'F1|position|place'),
     Run(r'python3 test/benchmark/taxel_slip.py FOLDER', change=('FOLDER', '$TACTILE_RECORDINGS'), prints=r'frames, [\d.]+% slip'),
     # the finger's of all papers; the page of each other paper has a command of its own
-    Run(r'ros2 run tactile_bringup papers --report', more=' --quick --paper psd_finger', prints=r'the paper reports'),
+    Run(r'ros2 run tactile_bringup papers --report', more=' --quick --paper psd_finger', prints=r'its method'),
     Run(r'ros2 run tactile_bringup papers --details --report', more=' --quick --paper psd_finger', prints=TABLE),
     Run(r'ros2 run tactile_bringup papers .*--details', more=' --quick', prints=TABLE),
-    Run(r'ros2 run tactile_bringup papers', more=' --quick', prints=r'the paper reports'),
+    Run(r'ros2 run tactile_bringup papers', more=' --quick', prints=r'its method'),
     # tools
     Run(r'ros2 run tactile_bringup simulate camera demo', writes='out/demo_bag/metadata.yaml', change=('--rate 5', '--rate 2')),
     Run(r'ros2 run tactile_bringup simulate camera gel_demo', writes='out/gel/metadata.yaml'),

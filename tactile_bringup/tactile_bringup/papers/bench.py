@@ -17,7 +17,7 @@ from tactile_perception.tools.judged_bag import JudgedBag
 
 from .. import share
 from ..simulate.bags import write_psd_scene, write_scene, write_taxel_scene
-from .figures import Picture
+from .figures import OURS, PUBLISHED, Picture
 
 MAX_RATIO = 1.5  # of the published method's error here to the error in the paper, above which a table names the cause
 
@@ -53,7 +53,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """One experiment. note: conditions that a reader has to know; pictures: the experiment's figures, as the paper draws them."""
+    """One experiment.
+
+    title : of the experiment, with the paper's figures or tables.
+    rows : its figures.
+    note : conditions that a reader has to know.
+    pictures : the experiment's figures, as the paper draws them.
+    """
 
     title: str
     rows: Sequence[Row]
@@ -61,12 +67,14 @@ class Table:
     pictures: tuple[Picture, ...] = ()
 
     def lines(self) -> list[str]:
-        """In Markdown. There is a column of causes if a row has one."""
-        caused = any(row.cause for row in self.rows)
-        cells = [['', 'unit', 'the paper reports', 'its method, as built here', 'ours', *(['cause'] if caused else [])]]
-        cells += [[row.name, row.unit, row.reported or '-', _number(row.published), _number(row.ours), *([row.cause] if caused else [])]
-                  for row in self.rows]
-        return _markdown(self.title, cells, self.note)
+        """The table in Markdown, without the columns in which no row has anything."""
+        columns = [['', *(f'{row.name}, {row.unit}' if row.unit else row.name for row in self.rows)],
+                   ['paper', *(row.reported or '-' for row in self.rows)],
+                   [PUBLISHED, *(_number(row.published) for row in self.rows)],
+                   [OURS, *(_number(row.ours) for row in self.rows)],
+                   ['cause', *(row.cause for row in self.rows)]]
+        shown = [columns[0], *(column for column in columns[1:] if any(cell not in ('', '-') for cell in column[1:]))]
+        return _markdown(self.title, list(zip(*shown)))
 
 
 @dataclass(frozen=True)
@@ -85,18 +93,18 @@ class Detail:
     note: str = ''
 
     def lines(self) -> list[str]:
-        """In Markdown."""
+        """The table in Markdown."""
         rows = [[cell if isinstance(cell, str) else _number(cell) for cell in row] for row in self.rows]
-        return _markdown(self.title, [list(self.head), *rows], self.note)
+        return _markdown(self.title, [list(self.head), *rows])
 
 
 def _number(value: float) -> str:
     return f'{value:.3g}' if math.isfinite(value) else '-'
 
 
-def _markdown(title: str, cells: Sequence[Sequence[str]], note: str) -> list[str]:
+def _markdown(title: str, cells: Sequence[Sequence[str]]) -> list[str]:
     head, *rows = (f'| {" | ".join(row)} |'.replace('|  |', '| |') for row in cells)
-    return [f'### {title}', '', head, '|---' * len(cells[0]) + '|', *rows, '', *([note, ''] if note else [])]
+    return [f'### {title}', '', head, '|---' * len(cells[0]) + '|', *rows, '']
 
 
 def unexplained(tables: Sequence[Table], causes: Sequence[str]) -> list[str]:

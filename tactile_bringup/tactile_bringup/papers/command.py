@@ -70,7 +70,11 @@ def report(tables: dict[str, list[Table | Detail]]) -> str:
     """All tables in Markdown."""
     lines = []
     for name, some in tables.items():
-        lines += [f'## {name}', '', *(line for table in some for line in table.lines())]
+        lines += [f'## {name}', '']
+        for table, following in zip(some, [*some[1:], None]):
+            lines += table.lines()
+            if table.note and (following is None or following.note != table.note):  # consecutive tables share a note
+                lines += [table.note, '']
     return '\n'.join(lines)
 
 

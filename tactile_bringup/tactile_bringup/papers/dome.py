@@ -28,16 +28,16 @@ from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, sh
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
 from .sheets import MODEL, Press, fit_published, presses
 
-RATE = 20.0   # Hz: SORT follows the dome's circles all the way, by what they overlap from frame to frame
-STANDS = 1e-5  # m, by which the tip of a stage that stands moves
+RATE = 20.0  # Hz: SORT follows circles by their overlap from frame to frame, so the descent is recorded, too
+STANDS = 1e-5  # m a frame, below which the tip stands still
 PAPER = MappingProxyType({'touch': 'paper_cushion', 'detection': 'paper_cushion', 'numbering': 'sort', 'rows': 0, 'columns': 0})
-#: Conditions that the paper does not give: name in the scenes' names -> width of the tip and zones, and depths.
-CONDITIONS = {'near_zones': 'a tip 16 mm wide, zones within 35 mm of the top', 'zones': 'a tip 60 mm wide, zones within 70 mm of the top'}
-FLANK, RELIEF = 'flank towards the camera', 'change that is not of depth alone'
+#: Conditions that the paper does not give: name in the scenes' names -> width of the tip, and distance of the zones from the top.
+CONDITIONS = {'near_zones': '16 mm tip, zones within 35 mm', 'zones': '60 mm tip, zones within 70 mm'}
+FLANK, RELIEF = 'inner flank', 'change by zone'
 NOTE = ('Ten zones at 12, 20 and 28 mm. The published method is calibrated there, by the same tip, on the way to 8, 16, 24 and 32 mm. Ours '
-        'has the calibration that ships, of the tip 60 mm wide. Errors are those at the presses that both methods report.')
-TABLE_II = ('The paper does not define the three. Here the error rate is the mean of error over true value, as in the tables of the '
-            'sheets\' paper; accuracy is what it leaves of 100 %; precision is the standard deviation of the errors.')
+        'has the calibration that ships, of the tip 60 mm wide. Errors are those at the presses that both methods report. The paper does '
+        'not define accuracy, error rate and precision. Here the error rate is the mean of error over true value, as in the tables of the '
+        'paper of the sheets; accuracy is what it leaves of 100 %; precision is the standard deviation of the errors.')
 AXES = ('x', 'px'), ('y', 'px'), ('depth', 'mm')
 #: Errors that the paper reports of its regular print, by axis.
 MEAN, MAXIMUM = ('4.84', '4.04', '0.08'), ('10', '7', '0.3')
@@ -57,7 +57,7 @@ class Stop:
 
 
 def zones(bench: Bench) -> Iterator[Table]:
-    """Ten zones by the tip of the calibration, of a regular and a random print, under two conditions."""
+    """Tables I and II: ten zones pressed by the tip of the calibration, of a regular and a random print, under two conditions."""
     for condition, what in CONDITIONS.items():
         for print_ in ('regular', 'random'):
             prefix = 'air_cushion_' + ('' if print_ == 'regular' else 'random_') + condition
@@ -74,7 +74,7 @@ def published(bench: Bench, prefix: str, changes: Mapping = PAPER) -> Method:
 
 
 def _tables(bench: Bench, prefix: str, condition: str, what: str, regular: bool) -> Iterator[Table]:
-    """Tables I and II. No calibration file of ours for the random print ships, nor does the paper report numbers of it."""
+    """Tables I and II. No calibration file of ours ships for the random print, and the paper reports no numbers of it."""
     bag, papers = bench.bag('air_cushion', prefix, RATE, 90), published(bench, prefix)
     methods = (papers, (bench.params('air_cushion', MODEL), shipped('air_cushion'))) if regular else (papers,)
     stops = _stops(presses(bench, bag, *methods), open_scene(prefix, RATE, bench.seed).camera)
@@ -82,13 +82,12 @@ def _tables(bench: Bench, prefix: str, condition: str, what: str, regular: bool)
     errors = [_errors(found, true) for found, true in _judged(stops)]
     shares = [reported(np.array([stop.found[k] for stop in stops]).reshape(-1, 3)) for k in range(len(methods))]
     table_1 = []
-    for name, said, aside in (('mean error', MEAN, FLANK if condition == 'zones' else ''), ('maximum error', MAXIMUM, FLANK)):
-        known = (said, (aside, aside, RELIEF)) if regular else ()
+    for name, said, lateral in (('mean error', MEAN, FLANK if condition == 'zones' else ''), ('maximum error', MAXIMUM, FLANK)):
+        known = (said, (lateral, lateral, RELIEF)) if regular else ()
         table_1 += _rows(name, [one[name] for one in errors], *known)
     table_1.append(Row('presses reported', '%', '', *_pair(shares)))
-    yield Table(f'Dome: table I, {what}', table_1, NOTE, pictures)
-    yield Table(f'Dome: table II, {what}', [row for name in ('accuracy', 'error rate', 'precision')
-                                            for row in _rows(name, [one[name] for one in errors])], TABLE_II)
+    table_2 = [row for name in ('accuracy', 'error rate', 'precision') for row in _rows(name, [one[name] for one in errors])]
+    yield Table(f'Dome, {what}: tables I and II', [*table_1, *table_2], NOTE, pictures)
 
 
 def _rows(name: str, methods: Sequence[np.ndarray], said: Sequence[str] = ('',) * 3, causes: Sequence[str] = ('',) * 3) -> list[Row]:
@@ -217,23 +216,26 @@ def details(bench: Bench) -> Iterator[Detail]:
         found = presses(bench, bag, published(bench, prefix))
         still = [now for before, now in pairwise(found) if abs(now.true[3] - before.true[3]) < STANDS]
         rows += _towards_top(still, what)
-        for name, change in (('SORT', {}), ('by the print', {'numbering': 'lattice', 'rows': 17, 'columns': 17})):
+        for name, change in (('SORT', {}), ('the print', {'numbering': 'lattice', 'rows': 17, 'columns': 17})):
             stops = _stops(presses(bench, bag, published(bench, prefix, {**PAPER, **change})), top)
             chains.append((what, name, *_errors(*_judged(stops)[0])['mean error'].tolist()))
     yield Detail(FLANK, ('tip and zones', 'distance from the top, mm', 'error towards the top, mm', 'error across, mm'), rows,
-                 'The camera looks up from the middle: it sees the flank of the dent towards the top opened, whose circles move apart, and '
-                 'the other one foreshortened. The four largest changes lie on one side of the tip, more so farther from the top.')
-    yield Detail('numbers of the circles', ('tip and zones', 'numbered', 'x, px', 'y, px', 'depth, mm'), chains)
+                 'The camera looks up from the middle: it sees the inner flank of the dent opened, whose circles move apart, and the outer '
+                 'one foreshortened. The four largest changes lie on one side of the tip, more so farther from the top.')
+    yield Detail('numbers of the circles', ('tip and zones', 'numbered by', 'x, px', 'y, px', 'depth, mm'), chains,
+                 'Mean errors. No numbering reaches the paper\'s depth.')
     yield _relief(bench)
 
 
 def _towards_top(found: Sequence[Press], what: str) -> list[tuple]:
     """Of zones at three distances from the top: mean distance, and mean errors towards it and across, mm."""
-    place, off = (1e3 * np.array([one(press)[:2] for press in found]).reshape(-1, 2) for one in (
+    position, error = (1e3 * np.array([one(press)[:2] for press in found]).reshape(-1, 2) for one in (
         lambda press: press.true, lambda press: press.found[0] - press.true))
-    away = np.hypot(*place.T)
-    inwards, across = -(off * place).sum(1) / away, (off[:, 0] * place[:, 1] - off[:, 1] * place[:, 0]) / away
-    return [(what, mean(away[part]), mean(inwards[part]), mean(np.abs(across[part]))) for part in np.array_split(np.argsort(away), 3)]
+    distance = np.hypot(*position.T)
+    inwards = -(error * position).sum(1) / distance
+    across = (error[:, 0] * position[:, 1] - error[:, 1] * position[:, 0]) / distance
+    return [(what, mean(distance[part]), mean(inwards[part]), mean(np.abs(across[part])))
+            for part in np.array_split(np.argsort(distance), 3)]
 
 
 def _relief(bench: Bench) -> Detail:

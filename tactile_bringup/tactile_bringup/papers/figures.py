@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
-TRUTH, PUBLISHED, OURS = 'truth', 'its method, as built here', 'ours'
+TRUTH, PUBLISHED, OURS = 'truth', 'its method', 'ours'
 COLOURS = {TRUTH: 'silver', PUBLISHED: 'C1', OURS: 'C0'}
 MAX_COLUMNS = 3  # panels side by side
 _CHARACTERS = 12  # of a title in an inch of width

@@ -19,15 +19,15 @@ from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
 
 _SAMPLES = 1000.0  # Hz
 _PUBLISHED_SAMPLES = 20  # N_s of eqs 9 to 14
-_WITHIN = 45.0  # degrees from the pole, of the paper's figure for the mean deviation
+_MAX_POLAR = 45.0  # degrees from the pole, up to which the paper states the mean deviation
 _SHOWN = (0.0, 0.0), (180.0, 30.0), (180.0, 60.0)  # degrees, phi and theta of fig 9
-GLIDE = 'Contacts beside true ones'
+FALSE_CONTACTS = 'false contacts'
 _MARKERS = {PUBLISHED: 'o', OURS: 'x'}
 
 
 @dataclass(frozen=True)
-class Place:
-    """What a method measures while one position is pressed.
+class PressedPosition:
+    """The measurements of a method while one position is pressed.
 
     true : unit normal (3,) of the specified position.
     stated : unit normals (N, 3) that are measured, N at most 20.
@@ -69,14 +69,14 @@ def _methods(bench: Bench) -> list[Method]:
 
 def static(bench: Bench) -> Iterator[Table]:
     """Figs 7 to 10: 25 positions, the error angle and the mean deviation."""
-    methods = _places(bench, bench.bag('psd_finger', 'grid', _SAMPLES))
-    near = [[place for place in places if place.polar < _WITHIN + 1] for places in methods]
-    worst = [[max((getattr(place, what) for place in places), default=np.nan) for places in some]
+    methods = _positions(bench, bench.bag('psd_finger', 'grid', _SAMPLES))
+    near = [[one for one in positions if one.polar < _MAX_POLAR + 1] for positions in methods]
+    worst = [[max((getattr(one, what) for one in positions), default=np.nan) for positions in some]
              for some, what in ((methods, 'error'), (near, 'error'), (near, 'deviation'))]
-    within = f'within {_WITHIN:g} degrees of the pole, maximum'
+    within = f'within {_MAX_POLAR:g} degrees of the pole, maximum'
     yield Table('25 positions: figs 7 to 10', [
         Row('error angle, maximum', 'degrees', '6', *worst[0]),
-        Row('error angle at the pole', 'degrees', '', *(mean([place.error for place in places if place.polar < 1]) for places in methods)),
+        Row('error angle at the pole', 'degrees', '', *(mean([one.error for one in positions if one.polar < 1]) for positions in methods)),
         Row(f'error angle {within}', 'degrees', '', *worst[1]),
         Row(f'mean deviation {within}', 'degrees', '1.5', *worst[2]), Row('positions reported', '', '25', *map(len, methods), ideal=25.0)],
         'Eqs 9 to 14, by 20 samples of each press without its first and last eighth, at times at which both methods report a contact.', (
@@ -87,18 +87,18 @@ def static(bench: Bench) -> Iterator[Table]:
                     partial(_draw_over_polar, 'mean deviation, degrees', 'deviation', methods))))
 
 
-def _places(bench: Bench, bag: Path) -> list[list[Place]]:
+def _positions(bench: Bench, bag: Path) -> list[list[PressedPosition]]:
     """The positions that each method measures."""
     presses: dict[int, list] = {}
     for _, true, estimates in bench.compare(bag, *_methods(bench)):
         if len(true.contacts or []) == 1 and all(len(estimate.contacts or []) == 1 for estimate in estimates):
             presses.setdefault(true.contacts[0].id, []).append([one.contacts[0].normal for one in (true, *estimates)])
-    found: list[list[Place]] = [[], []]
+    found: list[list[PressedPosition]] = [[], []]
     for samples in map(np.array, presses.values()):
         middle = samples[len(samples) // 8:len(samples) - len(samples) // 8]
         taken = middle[np.unique(np.linspace(0, len(middle) - 1, _PUBLISHED_SAMPLES).round().astype(int))]
-        for k, places in enumerate(found, 1):
-            places.append(Place(taken[0, 0], taken[:, k]))
+        for k, positions in enumerate(found, 1):
+            positions.append(PressedPosition(taken[0, 0], taken[:, k]))
     return found
 
 
@@ -107,37 +107,37 @@ def _polar(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.arctan2(normals[..., 1], normals[..., 0]), np.degrees(np.arctan2(np.hypot(normals[..., 0], normals[..., 1]), normals[..., 2]))
 
 
-def _draw_positions(methods: list[list[Place]], figure) -> None:
+def _draw_positions(methods: list[list[PressedPosition]], figure) -> None:
     axes = figure.subplots(1, 2, subplot_kw={'projection': 'polar'})
-    for axis, name, places in zip(axes, (PUBLISHED, OURS), methods):
-        axis.plot(*_polar(np.array([place.true for place in places])), 'k+', markersize=9, markeredgewidth=0.8, label='specified')
-        axis.plot(*_polar(np.array([place.middle for place in places])), _MARKERS[name], color=COLOURS[name], markersize=4,
+    for axis, name, positions in zip(axes, (PUBLISHED, OURS), methods):
+        axis.plot(*_polar(np.array([position.true for position in positions])), 'k+', markersize=9, markeredgewidth=0.8, label='specified')
+        axis.plot(*_polar(np.array([position.middle for position in positions])), _MARKERS[name], color=COLOURS[name], markersize=4,
                   fillstyle='none', label=name)
         axis.set_rlim(0, 70)
     legend_of(figure, axes)
 
 
-def _draw_over_polar(ordinate: str, what: str, methods: list[list[Place]], figure) -> None:
+def _draw_over_polar(ordinate: str, what: str, methods: list[list[PressedPosition]], figure) -> None:
     axis = figure.subplots()
-    for name, places in zip((PUBLISHED, OURS), methods):
-        axis.plot([place.polar for place in places], [getattr(place, what) for place in places], _MARKERS[name], color=COLOURS[name],
+    for name, positions in zip((PUBLISHED, OURS), methods):
+        axis.plot([one.polar for one in positions], [getattr(one, what) for one in positions], _MARKERS[name], color=COLOURS[name],
                   fillstyle='none', label=name)
     axis.set(xlabel='distance of the specified position from the pole, degrees', ylabel=ordinate)
     axis.set_ylim(bottom=0)
     legend_of(figure, [axis])
 
 
-def _draw_samples(methods: list[list[Place]], figure) -> None:
+def _draw_samples(methods: list[list[PressedPosition]], figure) -> None:
     """A column a position, a row a method; degrees along the meridian and along the parallel from the specified position."""
     axes = figure.subplots(2, len(_SHOWN), sharex=True, sharey=True)
-    for name, places, row in zip((PUBLISHED, OURS), methods, axes):
+    for name, positions, row in zip((PUBLISHED, OURS), methods, axes):
         for axis, (phi, theta) in zip(row, _SHOWN):
             wanted = _direction(phi, theta)
-            place = min(places, key=lambda one: float(_angle(one.true, wanted)))
-            axis.plot(*_offset(place.stated, place.true).T, '.', color=COLOURS[name], label=f'samples, {name}')
-            axis.plot(*_offset(place.middle, place.true), 'k*', markersize=8, label='their mean')
+            position = min(positions, key=lambda one: float(_angle(one.true, wanted)))
+            axis.plot(*_offset(position.stated, position.true).T, '.', color=COLOURS[name], label=f'samples, {name}')
+            axis.plot(*_offset(position.middle, position.true), 'k*', markersize=8, label='their mean')
             axis.plot(0, 0, 'k+', markersize=10, label='specified')
-            around, polar = _polar(place.true)
+            around, polar = _polar(position.true)
             axis.set(title=f'phi {np.degrees(around) % 360:.0f}, theta {polar:.0f} degrees', aspect='equal', xlabel='along phi, degrees',
                      ylabel='along theta, degrees')
             axis.title.set_fontsize('small')
@@ -168,7 +168,7 @@ def dynamic(bench: Bench) -> Iterator[Table]:
         evaluations, seen = zip(*(_tapped(bench, bag, method) for method in _methods(bench)))
         names = (('contacts reported', '%'), ('reported after the onset, median', 'ms'), ('reported after the onset, maximum', 'ms'),
                  ('contacts that are none', ''))
-        rows = [Row(*name, '', *pair, cause=GLIDE if k == 3 else '')
+        rows = [Row(*name, '', *pair, cause=FALSE_CONTACTS if k == 3 else '')
                 for k, (name, *pair) in enumerate(zip(names, *(_delays(evaluation) for evaluation in evaluations)))]
         yield Table(f'Contacts of {what}: fig 11 ({letter})', rows, 'The paper reports "without significant delay", and a plot.',
                     (Picture(f'fig_11{letter}', f'Sum of the outputs in contacts of {what}: fig 11 ({letter})',
@@ -196,7 +196,7 @@ def false_contacts(bench: Bench) -> Iterator[Detail]:
             false = [seen[seen[:, 3] == number, 0] for number in sorted(set(seen[:, 3]) - real - {-1.0})]
             near = [1e3 * np.abs(seen[seen[:, 1] > 0, 0] - stamps.mean()).min() for stamps in false]
             found.append((f'{what}, {name}', float(len(false)), mean(near), 1e3 * float(max(map(np.ptp, false), default=np.nan))))
-    yield Detail(GLIDE, ('contacts of', 'contacts that are none', 'from a true contact, mean, ms', 'duration, maximum, ms'), found,
+    yield Detail(FALSE_CONTACTS, ('contacts of', 'contacts that are none', 'from a true contact, mean, ms', 'duration, maximum, ms'), found,
                  'Durations from the first to the last report: 0 is a single one.')
 
 

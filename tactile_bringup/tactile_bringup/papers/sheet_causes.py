@@ -20,14 +20,12 @@ from tactile_perception.published.areal_sensor_contact_position import PaperTouc
 
 from .bench import Bench, Detail, mean, reported
 from .sheets import (
-    BELL,
+    DENT,
     DUAL,
-    JOINT,
     PAPER,
     RATE,
     SINGLE,
-    THIN,
-    TILT,
+    VIEWS,
     Press,
     errors,
     is_pressed,
@@ -59,21 +57,19 @@ def two_cameras_details(bench: Bench) -> Iterator[Detail]:
     given = [(what, *row) for what, recordings in seen.items() for row in _with_truth(recordings, sensor)]
     lost = [int(np.isnan([field.shift[:, 0] for field in recordings[2].presses.fields]).all(axis=0).sum()) for recordings in seen.values()]
     head = 'specimen', 'chain', 'x and y away from the joint, mm', 'x and y at the joint, mm', *_ERRORS[1:], *_PATHS
-    yield Detail(JOINT, head, given,
+    yield Detail(VIEWS, head, given,
                  'Mean errors. Six of the nine positions of table 2 lie away from the joint of the two views, three at it. There the cut '
                  f'divides markers: {" and ".join(map(str, lost))} of the {sensor.rows * sensor.columns} of the two skins are found in no '
-                 'frame, and the Gaussians have fewer depths.')
-    yield Detail(TILT, head, given,
-                 'Beside the tip the skin is tilted, and a camera that looks at it aslant sees a tilted marker larger or smaller at the '
-                 'same depth. The weights of eq 5 come from the marker under the tip, which is not tilted.')
+                 'frame, and the Gaussians have fewer depths. Beside the tip the skin is tilted, and a camera that looks at it obliquely '
+                 'sees a tilted marker larger or smaller at the same depth. The weights of equation 5 come from the marker under the tip, '
+                 'which is not tilted.')
     rows = [(f'true, {what}', *_of_depths(bench, prefix, _true_dent)) for prefix, what in DUAL.items()]
     width = rows[0][3] * sensor.pitch[0]
     rows.append(('a Gaussian dent', *_of_depths(bench, next(iter(DUAL)), partial(_gaussian_dent, width))))
     head = ('depths of all markers', *_ERRORS, 'width of the dent at half its depth, pitches', *_PATHS)
-    note = ('No camera is in this run: eqs 8 to 13 get the depths of all markers. The last row has Gaussian dents, as wide as the bells of '
-            'the thick skin.')
-    yield Detail(THIN, head, rows, note)
-    yield Detail(BELL, head, rows, note)
+    yield Detail(DENT, head, rows,
+                 'No camera is in this run: equations 8 to 13 get the depths of all markers. The last row has Gaussian dents, as wide as '
+                 'the bells of the thick skin.')
 
 
 def _links(bench: Bench, sensor: str, specimens: Mapping, changes: Mapping, scene: str, title: str) -> Detail:
@@ -187,7 +183,7 @@ def _by_depths(bench: Bench, name: str, dent: Callable[[TruthFrame], np.ndarray]
         if is_pressed(truth):
             depth = dent(truth).reshape(shape)
             point = grid_point(depth, rest)
-            found.append(Press(number / RATE, location(truth.contacts), (np.array([*point.place, -point.depth, point.depth]),)))
+            found.append(Press(number / RATE, location(truth.contacts), (np.array([*point.position, -point.depth, point.depth]),)))
             widths.append(_width(depth))
     return found, widths
 

@@ -30,8 +30,7 @@ PX_PER_MM = 10.0    # of the paper with two cameras: "assuming that the coordina
 MODEL = MappingProxyType({'touch': 'model'})
 PAPER = MappingProxyType({'touch': 'paper', 'detection': 'paper_areal', 'numbering': 'paper', 'stitching': 'middle'})
 #: Causes, which details show.
-JOINT, THIN, TILT = 'joint of the two views', 'skin that stretches', 'area of tilted markers'
-BELL = 'dent that is no Gaussian'
+VIEWS, DENT = 'joint and tilt', 'shape of the dent'
 
 
 @dataclass(frozen=True)
@@ -111,12 +110,12 @@ def means(off: np.ndarray) -> tuple[float, float]:
 
 
 #: The specimens of each sensor: prefix of the scenes' names -> what it is.
-SINGLE = {'areal_single_paper': 'the paper\'s box', 'areal_single': 'a near camera and uneven light'}
-DUAL = {'areal_dual_paper': 'a thick skin', 'areal_dual': 'a skin that stretches'}
+SINGLE = {'areal_single_paper': 'the paper\'s box', 'areal_single': 'near camera, uneven light'}
+DUAL = {'areal_dual_paper': 'thick skin', 'areal_dual': 'stretching skin'}
 
 
 def one_camera(bench: Bench) -> Iterator[Table]:
-    """Table 1: three places, each pressed three times; the Kalman filter."""
+    """Table 1: three positions, each pressed three times; the Kalman filter."""
     sensor = 'areal_single'
     for prefix, what in SINGLE.items():
         methods = published(bench, sensor, prefix), ours(bench, sensor, prefix)
@@ -125,7 +124,7 @@ def one_camera(bench: Bench) -> Iterator[Table]:
         if prefix != sensor:
             pictures.append(_polynomials(bench, sensor, prefix))
         yield Table(f'One camera, {what}: table 1', _rows(found, ('1.675', '0.84')),
-                    'Three places and depths (10, 7, 13 mm), three times each.', tuple(pictures))
+                    'Three positions and depths (10, 7, 13 mm), three times each.', tuple(pictures))
     yield _filtered(bench)
 
 
@@ -137,29 +136,29 @@ def _filtered(bench: Bench) -> Table:
     found = presses(bench, bench.bag(sensor, 'areal_single_paper_motion', HOLD_RATE, 90), (params, calibration), (smooth, calibration))
     still = (np.abs(np.diff([press.true for press in found], axis=0)) < 1e-6).all(axis=1)
     numbers = [(*means(off), mean(np.hypot(*np.diff(off[:, :2], axis=0).T)[still])) for off in errors(found)]
-    names = ('x and y, mean error', 'depth, mean error', 'change of x and y from frame to frame while the tip stands, mean')
+    names = ('x and y, mean error', 'depth, mean error', 'change of x and y per frame while the tip stands, mean')
     return Table('One camera: the Kalman filter', [Row(name, 'mm', '', *pair) for name, *pair in zip(names, *numbers)],
                  'Both columns are the paper\'s method, on presses and a drag at 30 frames/s; "ours" has the Kalman filter that its '
                  'abstract names, too (parameter `paper.kalman`). The paper gives no variances of it.')
 
 
 def two_cameras(bench: Bench) -> Iterator[Table]:
-    """Tables 2 and 3: nine places at 1, 2, 3 mm; table 4: paths of known length."""
+    """Tables 2 and 3: nine positions at 1, 2, 3 mm; table 4: paths of known length."""
     sensor = 'areal_dual'
     for prefix, what in DUAL.items():
         methods = published(bench, sensor, prefix), ours(bench, sensor, prefix)
-        thin = prefix == sensor
+        is_thin = prefix == sensor
         found = presses(bench, bench.bag(sensor, f'{prefix}_table_2', RATE), *methods)
         yield Table(f'Two cameras, {what}: tables 2 and 3',
-                    _rows(found, ('0.63', '0.06'), (THIN if thin else JOINT, BELL)),
-                    f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.',
+                    _rows(found, ('0.63', '0.06'), (DENT if is_thin else VIEWS, DENT)),
+                    f'Nine positions at depths of 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.',
                     (Picture(f'fig_16_{prefix}', f'Contact positions, two cameras, {what} (fig 16)', partial(_draw_positions, found)),))
         found = presses(bench, bench.bag(sensor, f'{prefix}_table_4', RATE), *methods)
         over = [ratios(found, k) for k in (0, 1)]
         yield Table(f'Two cameras, {what}: table 4', [
-            Row('reported over true displacement, mean', '', '1.03', *map(mean, over), ideal=1.0, cause=THIN if thin else ''),
+            Row('reported over true displacement, mean', '', '1.03', *map(mean, over), ideal=1.0, cause=DENT if is_thin else ''),
             Row('its standard deviation', '', '0.053', *(float(np.nanstd(one)) if np.isfinite(one).any() else np.nan for one in over),
-                cause=TILT if thin else '')],
+                cause=VIEWS if is_thin else '')],
             f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.',
             (Picture(f'fig_17_{prefix}', f'Paths, two cameras, {what} (fig 17)', partial(_draw_paths, found), (9.0, 6.5)),))
 
@@ -176,9 +175,9 @@ def ratios(found: Sequence[Press], method: int) -> np.ndarray:
 def _draw_positions(found: Sequence[Press], figure) -> None:
     """The sheet seen from above: where the tip is, and where each method reports it."""
     axis = figure.subplots()
-    for name, places, marker in ((TRUTH, [press.true for press in found], 'o'), (PUBLISHED, [press.found[0] for press in found], 'x'),
+    for name, positions, marker in ((TRUTH, [press.true for press in found], 'o'), (PUBLISHED, [press.found[0] for press in found], 'x'),
                                  (OURS, [press.found[1] for press in found], '+')):
-        x, y = 1e3 * np.array(places).reshape(-1, 4).T[:2]
+        x, y = 1e3 * np.array(positions).reshape(-1, 4).T[:2]
         axis.plot(x, y, marker, color=COLOURS[name], fillstyle='none', markersize=9 if name == TRUTH else 7, label=name)
     axis.set(xlabel='x, mm', ylabel='y, mm', aspect='equal')
     axis.grid(linewidth=0.3)
@@ -190,9 +189,9 @@ def _draw_paths(found: Sequence[Press], figure) -> None:
     axes = figure.subplots(2, 2).ravel()
     for axis, path, letter in zip(axes, PATHS, 'abcd'):
         some = [found[k] for k in path if k < len(found)]
-        for name, places in ((TRUTH, [press.true for press in some]), (PUBLISHED, [press.found[0] for press in some]),
+        for name, positions in ((TRUTH, [press.true for press in some]), (PUBLISHED, [press.found[0] for press in some]),
                              (OURS, [press.found[1] for press in some])):
-            x, y = 1e3 * np.array(places).reshape(-1, 4).T[:2]
+            x, y = 1e3 * np.array(positions).reshape(-1, 4).T[:2]
             axis.plot(x, y, 'o--', color=COLOURS[name], fillstyle='none', linewidth=3.0 if name == TRUTH else 1.0,
                       markersize=10 if name == TRUTH else 6, label=name)
         axis.set(xlabel='x, mm', ylabel='y, mm', title=f'({letter})', xlim=(-66.5, 66.5), ylim=(-45.5, 45.5), aspect='equal')

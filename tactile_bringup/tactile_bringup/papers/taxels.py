@@ -24,10 +24,11 @@ from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, sh
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Curves, Picture, draw_curves, legend_of
 
 _FRAMES = 50.0  # Hz
-_LINK, _APART = 1.0, 2.0  # mm: from a track to the point that it moves with, one taxel; between tracks, as between the paper's corners
-_HELD = 3.0  # s, stamp until which the faces are held
-_UNTOUCHED = 10  # frames
-PRESSED = 'Pressure beside the face, and pressure that friction moves'
+_MAX_LINK = 1.0  # mm, from a track to the point that it moves with: one taxel
+_MIN_SPACING = 2.0  # mm, between the beginnings of tracks: as between the paper's corners
+_HELD_UNTIL = 3.0  # s, stamp until which the faces are held
+_UNTOUCHED = 10  # frames at the start without contact
+PRESSED = 'spread pressure'
 _METHODS = 'paper', 'mechanics'
 
 
@@ -107,22 +108,22 @@ def _slip_rows(frames: list[tuple[np.ndarray, ...]]) -> list[Row]:
 def _tracks(frames: list[np.ndarray], truth: list[SlipEstimate]) -> list[np.ndarray]:
     """Each (N, 4): position of a track, mm, in N frames, and where the point truly is that was there at its beginning.
 
-    A track moves with the nearest point within _LINK, and stays where there is none; a point farther than _APART from all tracks begins
-    one.
+    A track moves with the nearest point within _MAX_LINK, and stays where there is none. A point farther than _MIN_SPACING from all tracks
+    begins one.
     """
     tracks: list[list[np.ndarray]] = []
     for points, true in zip(frames, truth):
         ends = np.array([track[-1][:2] for track in tracks]).reshape(-1, 2)
-        for place in points[:, :2]:
-            if not len(ends) or np.hypot(*(ends - place).T).min() > _APART:
-                tracks.append([np.tile(place, 2)])
-                ends = np.concatenate([ends, [place]])
+        for position in points[:, :2]:
+            if not len(ends) or np.hypot(*(ends - position).T).min() > _MIN_SPACING:
+                tracks.append([np.tile(position, 2)])
+                ends = np.concatenate([ends, [position]])
         for track in tracks:
-            place, really = track[-1][:2], track[-1][2:]
-            away = np.hypot(*(points[:, :2] - place).T)
-            step = points[away.argmin(), 2:4] if len(away) and away.min() < _LINK else np.zeros(2)
-            moved = 1e3 * np.array(_true_velocity(true, *(1e-3 * really)))
-            track.append(track[-1] + np.concatenate([step, moved]) / _FRAMES)
+            position, true_position = track[-1][:2], track[-1][2:]
+            distance = np.hypot(*(points[:, :2] - position).T)
+            step = points[distance.argmin(), 2:4] if len(distance) and distance.min() < _MAX_LINK else np.zeros(2)
+            true_step = 1e3 * np.array(_true_velocity(true, *(1e-3 * true_position)))
+            track.append(track[-1] + np.concatenate([step, true_step]) / _FRAMES)
     return [np.array(track) for track in tracks]
 
 
@@ -175,7 +176,7 @@ def shapes(bench: Bench) -> Iterator[Table]:
             if true.contacts and true.region is not None:
                 overlaps.append([np.nan if one.region is None else region_iou(_loops(one.region), _loops(true.region))
                                  for one in estimates])
-                if stamp < _HELD:
+                if stamp < _HELD_UNTIL:
                     last = stamp, [_loops(one.region) for one in estimates if one.region is not None]
         by_edges, ours = common(*np.moveaxis(np.array(overlaps).reshape(-1, 2), 1, 0)[..., None])
         found.append(Row(f'{face}, overlap', 'IoU', '', mean(by_edges), mean(ours), ideal=1.0))

@@ -21,7 +21,7 @@ _FRAMES = 10.0  # Hz
 _PUBLISHED = {'contact': 'paper', 'detection': 'paper', 'numbering': 'paper'}
 _OURS = {'contact': 'membrane'}
 TOOLS = ('rectangle', 8), ('disc', 9), ('ring', 10)  # pressed along the normal, and the figure that shows it
-BESIDE = 'Skin beside a contact moves with the object'
+BESIDE = 'moving skin'
 _SAME_DEPTH = 1e-6  # m, up to which the object is held at a depth
 _COLUMNS = 23  # dots in a row of the simulated touchpad
 _KINDS = ('true positive', 'C2', 'o'), ('false positive', 'C3', 'x'), ('false negative', 'C1', '^')
@@ -58,8 +58,8 @@ def presses(bench: Bench) -> Iterator[Table]:
                 counts[k].append((*_count(frames[k][-1]), *_motion(estimate.region, truth, stamp)))
         rows = [np.array(some).reshape(-1, 6) for some in counts]
         yield Table(f'{tool}: fig {fig}', _rows(rows, BESIDE),
-                    'Dots that touch by the truth or by the method, mean over the frames until the release that both methods report; '
-                    'deepest: mean of the frames in which a method has most true positives.', _pictures(tool, fig, frames, rows))
+                    'Mean numbers of dots over the frames until the release that both methods report. Deepest: mean of the frames in which '
+                    'a method has the most true positives.', _pictures(tool, fig, frames, rows))
 
 
 def _touching(region: ContactRegionEstimate) -> frozenset[int]:
@@ -89,14 +89,14 @@ def _motion(estimate: ContactRegionEstimate | None, truth: dict[int, ContactRegi
 def _rows(methods: list[np.ndarray], cause: str) -> list[Row]:
     """The rows of a table; methods: (N, 6) of each, as of _count and _motion; cause: of the false positives."""
     dots, motions = common(*(rows[:, :4] for rows in methods)), common(*(rows[:, 4:] for rows in methods))
-    names = 'dots in contact', *(kind for kind, *_ in _KINDS)
+    names = [kind for kind, *_ in _KINDS]
     found = [Row(name, 'dots', '', *(float(rows[:, k].mean()) if len(rows) else np.nan for rows in dots), cause=cause if k == 2 else '')
-             for k, name in enumerate(names)]
+             for k, name in enumerate(names, 1)]
     best = [at_maximum(rows, 1) for rows in dots]
-    found += [Row(f'{name}, deepest', 'dots', '', *(float(row[k]) for row in best)) for k, name in enumerate(names[1:], 1)]
+    found += [Row(f'{name}, deepest', 'dots', '', *(float(row[k]) for row in best)) for k, name in enumerate(names, 1)]
     return [*found, Row('frames reported', '%', '', *(reported(rows[:, :4]) for rows in methods)),
-            Row('motion of the object over the interval of the method, mean error', 'mm', '', *(mean(rows[:, 0]) for rows in motions)),
-            Row('that motion, mean', 'mm', '', *(mean(rows[:, 1]) for rows in motions)),
+            Row('motion of the object, mean error', 'mm', '', *(mean(rows[:, 0]) for rows in motions)),
+            Row('true motion, mean', 'mm', '', *(mean(rows[:, 1]) for rows in motions)),
             Row('frames with that motion', '%', '', *(reported(rows) for rows in (some[:, 4:] for some in methods)))]
 
 

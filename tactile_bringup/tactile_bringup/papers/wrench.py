@@ -27,10 +27,8 @@ _SENSOR, _ARRAY, _WORLD, _JOINT = 'force_torque', 'taxel_array', 'world', 'finge
 _BAR_WIDTH = 0.030  # m, between the fingers
 # The pose of the force/torque sensor {S} in the frame of the array: behind it, and turned. Any other does, too.
 _ORIGIN, _TURN = np.array([0.004, -0.006, -0.038]), np.array([0.2, 0.0, 1.2])  # m; rotation vector, rad
-_COMPONENTS = ('force along x', 'N'), ('force along y', 'N'), ('force along z', 'N'), ('moment about x', 'mN m'), (
-    'moment about y', 'mN m'), ('moment about z', 'mN m')
-AREA = 'Area of the nonzero taxels'
-TORQUE = 'Pressure and friction act at the middle of the contact'
+_COMPONENTS = ('force x', 'N'), ('force y', 'N'), ('force z', 'N'), ('moment x', 'mN m'), ('moment y', 'mN m'), ('moment z', 'mN m')
+AREA, TORQUE = 'nonzero area', 'moment about the contact'
 _CAUSES = AREA, AREA, AREA, AREA, AREA, TORQUE
 
 
@@ -69,7 +67,7 @@ def _table(name: str, what: str, truth: np.ndarray, methods: list[np.ndarray]) -
 def _methods(bench: Bench, scene: HeldScene) -> list[Method]:
     known = {'object.weight': scene.script.weight, 'object.gravity': [0.0, 0.0, -1.0], 'object.gravity_frame': _WORLD,
              'wrench_frame': _SENSOR}
-    middle = [float(place) for place in (*scene.centre_of_mass, 0.5 * _BAR_WIDTH)]
+    middle = [float(coordinate) for coordinate in (*scene.centre_of_mass, 0.5 * _BAR_WIDTH)]
     changes = ({'method': 'paper', 'gripper.joint': _JOINT, 'object.width': _BAR_WIDTH},
                {'method': 'mechanics', 'object.centre_of_mass': middle})
     return [(bench.params('taxel_array', change | known), shipped('taxel_array')) for change in changes]

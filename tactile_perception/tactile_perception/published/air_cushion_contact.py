@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The published method of the paper air_cushion_contact.
+"""The method of the paper air_cushion_contact.
 
-Markers are the contours of a thresholded image (section III.A); the contact point and the depth follow from the four largest changes of the
-mean distance to five neighbours. Markers are followed by SORT (sort.py).
+Markers are the contours of a thresholded image (section III.A), followed by SORT (sort.py). The contact point and its depth follow from the
+four largest changes of the mean distance between a marker and its five neighbours.
 """
 from __future__ import annotations
 
@@ -21,19 +21,43 @@ from ..press.methods import Method
 from ..press.presses import Presses, rms_errors
 from .areal_sensor_contact_position import MIN_THRESHOLD, SQUARE, Cubics, bright_image, marker_dots
 
-_DENOISE, _WITHIN = 10.0, 7  # grey levels, strength of the non-local means; px, side of the window in which it looks for what is alike
+# Non-local means, of which the paper gives no values
+DENOISING_STRENGTH = 10.0  # grey levels
+SEARCH_WINDOW = 7  # px, side of the window in which similar patches are searched
 
 
 class PaperCushionDetector:
-    """Grey, non-local means, Otsu's threshold, erosion, contours; sign: 1 for bright markers, -1 for dark."""
+    """Markers by grey image, non-local means, Otsu's threshold, erosion and contours.
+
+    Parameters
+    ----------
+    sign : int
+        1 for bright markers, -1 for dark ones.
+    """
 
     def __init__(self, sign: int):
         self._sign = sign
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Markers of one checked uint8 image: centroid and area of their contours. Raises BadFrame where there are none."""
+        """Markers of one image: centroid and area of their contours.
+
+        Parameters
+        ----------
+        image : ndarray of uint8, shape (H, W) or (H, W, 3)
+            A checked image.
+
+        Returns
+        -------
+        Dots
+            The paper states no noise, so sigma is NaN.
+
+        Raises
+        ------
+        BadFrame
+            If there are no markers.
+        """
         grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        denoised = cv2.fastNlMeansDenoising(bright_image(grey, self._sign), h=_DENOISE, searchWindowSize=_WITHIN)
+        denoised = cv2.fastNlMeansDenoising(bright_image(grey, self._sign), h=DENOISING_STRENGTH, searchWindowSize=SEARCH_WINDOW)
         binary = cv2.threshold(denoised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
         contours = cv2.findContours(cv2.erode(binary, SQUARE), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
         moments = [m for m in map(cv2.moments, contours) if m['m00'] > 0]
@@ -41,51 +65,107 @@ class PaperCushionDetector:
         return marker_dots(sums[:, 1:] / sums[:, :1], sums[:, 0])
 
 
-QUIET = 2.0  # detection threshold of a dome over the maximum change of distance in untouched frames. Chosen
-NEAREST, LARGEST = 5, 4  # neighbours; changes (eq 2)
-RANGE = 3.0   # pitches from the largest change within which the others are searched; the paper gives no number. Chosen
+NEIGHBOURS = 5  # of a marker (equation 1)
+LARGEST_CHANGES = 4  # (equation 2)
+MAX_DISTANCE = 3.0  # pitches from the largest change to the others; the paper gives no number
+THRESHOLD_RATIO = 2.0  # detection threshold over the maximum change in untouched frames; the paper gives none
 
 
 def neighbours(rest: np.ndarray) -> np.ndarray:
-    """(K, 5) ids of the five nearest neighbours of each marker at rest (K, 2) m. Raises BadCalibration where fewer are known."""
-    apart = np.hypot(*(rest[:, None] - rest[None]).transpose(2, 0, 1))
-    apart[~np.isfinite(apart)] = np.inf
-    np.fill_diagonal(apart, np.inf)
-    if np.isfinite(rest).all(1).sum() <= NEAREST:
-        raise BadCalibration(f'at least {NEAREST + 1} markers must be seen; check the image of the untouched dome')
-    return np.argsort(apart, axis=1)[:, :NEAREST]
+    """The five nearest neighbours of each marker.
+
+    Parameters
+    ----------
+    rest : ndarray, shape (K, 2)
+        Undeformed positions, m; NaN where unknown.
+
+    Returns
+    -------
+    ndarray of int, shape (K, 5)
+
+    Raises
+    ------
+    BadCalibration
+        If fewer than six positions are known.
+    """
+    distance = np.hypot(*(rest[:, None] - rest[None]).transpose(2, 0, 1))
+    distance[~np.isfinite(distance)] = np.inf
+    np.fill_diagonal(distance, np.inf)
+    if np.isfinite(rest).all(1).sum() <= NEIGHBOURS:
+        raise BadCalibration(f'at least {NEIGHBOURS + 1} markers must be seen; check the image of the untouched dome')
+    return np.argsort(distance, axis=1)[:, :NEIGHBOURS]
 
 
 def distance_changes(field: MarkerField, near: np.ndarray) -> np.ndarray:
-    """(K,) m, absolute change of the mean distance (eq 1) to the neighbours near (K, 5) that are seen; NaN for a marker not seen."""
-    now = field.rest + field.shift
+    """Absolute change of the mean distance to the neighbours (equation 1).
 
-    def mean_distance(places):
-        """(K,) m, of places (K, 2) to the neighbours that are seen."""
-        distances = np.hypot(*(places[near] - places[:, None]).transpose(2, 0, 1))
-        both = seen[near] & seen[:, None]
-        return np.where(both, distances, 0.0).sum(1) / np.where(both.any(1), both.sum(1), np.nan)
+    Parameters
+    ----------
+    field : MarkerField
+        The markers of one frame.
+    near : ndarray of int, shape (K, 5)
+        Neighbours of each marker; those that are seen count.
+
+    Returns
+    -------
+    ndarray, shape (K,)
+        In m; NaN for a marker that is not seen.
+    """
     seen = field.seen
-    return np.abs(mean_distance(now) - mean_distance(field.rest))
+
+    def mean_distance(positions):
+        """(K,) m, of positions (K, 2) to the neighbours that are seen."""
+        distances = np.hypot(*(positions[near] - positions[:, None]).transpose(2, 0, 1))
+        known = seen[near] & seen[:, None]
+        return np.where(known, distances, 0.0).sum(1) / np.where(known.any(1), known.sum(1), np.nan)
+    return np.abs(mean_distance(field.rest + field.shift) - mean_distance(field.rest))
 
 
-def four_largest(changes: np.ndarray, places: np.ndarray, reach: float) -> tuple[np.ndarray, float] | None:
-    """Weighted place (2,) m (eqs 2 to 4) and mean change, m, of the four largest changes within reach of the largest; None: no change."""
-    changes = np.where(np.isfinite(changes) & np.isfinite(places).all(1), changes, 0.0)
+def four_largest(changes: np.ndarray, positions: np.ndarray, max_distance: float) -> tuple[np.ndarray, float] | None:
+    """The contact point by the four largest changes (equations 2 to 4).
+
+    Parameters
+    ----------
+    changes : ndarray, shape (K,)
+        Of the markers, m; NaN where unknown.
+    positions : ndarray, shape (K, 2)
+        Of the markers, m; NaN where unknown.
+    max_distance : float
+        From the largest change to the others, m.
+
+    Returns
+    -------
+    tuple of ndarray, shape (2,), and float, or None
+        Weighted position and mean change, m; None if nothing changed.
+    """
+    changes = np.where(np.isfinite(changes) & np.isfinite(positions).all(1), changes, 0.0)
     first = int(changes.argmax())
     if not changes[first] > 0:
         return None
-    close = np.hypot(*(places - places[first]).T) <= reach
-    four = np.argsort(np.where(close, changes, -1.0))[::-1][:LARGEST]
-    four = four[close[four]]
-    middle, share = places[four].mean(0), changes[four] / changes[four].sum()
-    return middle + share @ (places[four] - middle), float(changes[four].mean())
+    is_near = np.hypot(*(positions - positions[first]).T) <= max_distance
+    four = np.argsort(np.where(is_near, changes, -1.0))[::-1][:LARGEST_CHANGES]
+    four = four[is_near[four]]
+    middle, share = positions[four].mean(0), changes[four] / changes[four].sum()
+    return middle + share @ (positions[four] - middle), float(changes[four].mean())
 
 
 @dataclass(frozen=True)
 class CushionCalibration:
-    """rest: (K, 2) m, and camera_centres: (K, 3) m, of the untouched markers; cubic: from a mean change to a depth; the rest as of
-    PaperCalibration."""
+    """Calibration of PaperCushion.
+
+    Parameters
+    ----------
+    rest : ndarray, shape (K, 2)
+        Undeformed positions of the markers, m.
+    camera_centres : ndarray, shape (K, 3)
+        Camera centre of each marker, m.
+    cubic : Cubics
+        From a mean change to a depth (equation 5).
+    quiet : float
+        Detection threshold of the mean change, m.
+    place_sigma, depth_sigma : float
+        RMS errors of position and depth at the presses of the calibration, m.
+    """
 
     rest: np.ndarray
     camera_centres: np.ndarray
@@ -96,7 +176,13 @@ class CushionCalibration:
 
 
 class PaperCushion:
-    """The paper's method on a dome; detects one touch at most."""
+    """The paper's method on a dome; it reports one contact at most.
+
+    Parameters
+    ----------
+    calibration : CushionCalibration
+    sensor : MarkerSensor
+    """
 
     def __init__(self, calibration: CushionCalibration, sensor: MarkerSensor):
         self.calibration, self.sensor = calibration, sensor
@@ -104,33 +190,33 @@ class PaperCushion:
         self.points = rest_points(calibration.rest, calibration.camera_centres, sensor)
 
     def measure(self, field: MarkerField) -> tuple[np.ndarray, float] | None:
-        """Place (2,) m in sensor x and y, and mean change, m; None where nothing changed. Raises BadArgument for another pattern."""
+        """Position (2,) in sensor x and y and mean change, m; None if nothing changed. Raises BadArgument for another pattern."""
         if len(field) != len(self.near):
             raise BadArgument(f'calibrated for {len(self.near)} markers, got a field of {len(field)}')
-        return four_largest(distance_changes(field, self.near), self.points[:, :2], RANGE * max(self.sensor.pitch))
+        return four_largest(distance_changes(field, self.near), self.points[:, :2], MAX_DISTANCE * max(self.sensor.pitch))
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
+        """The contact of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
         found, known = self.measure(field), self.calibration
         if found is None or not found[1] > known.quiet:
             return []
-        depth, outside = (value.item() for value in known.cubic(np.array([found[1]])))
+        depth, is_outside = (value.item() for value in known.cubic(np.array([found[1]])))
         height = first_touch_height(found[0], 0.0, self.sensor)[0] - depth
         variance = np.square([known.place_sigma, known.place_sigma, known.depth_sigma])
         return [TouchEstimate(np.append(found[0], height), depth, np.diag(variance), known.depth_sigma,
-                              flags=OUT_OF_RANGE if outside else 0)]
+                              flags=OUT_OF_RANGE if is_outside else 0)]
 
 
 def calibrate_cushion(presses: Presses, sensor: MarkerSensor, _known: CushionCalibration | None = None) -> CushionCalibration:
-    """Calibrate PaperCushion. Raises BadCalibration where the presses determine no rising cubic."""
+    """Calibrate PaperCushion. Raises BadCalibration if the presses determine no rising cubic."""
     rest, camera_centres = common_rest(presses.fields)
-    near, places = neighbours(rest), rest_points(rest, camera_centres, sensor)[:, :2]
-    found = [four_largest(distance_changes(field, near), places, RANGE * max(sensor.pitch)) for field in presses.fields]
+    near, positions = neighbours(rest), rest_points(rest, camera_centres, sensor)[:, :2]
+    found = [four_largest(distance_changes(field, near), positions, MAX_DISTANCE * max(sensor.pitch)) for field in presses.fields]
     change = np.array([0.0 if f is None else f[1] for f in found])
     cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
     if np.isnan(cubic.low).any():
         raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
-    quiet = float(max(QUIET * change[~presses.touching].max(initial=0.0), MIN_THRESHOLD))
+    quiet = float(max(THRESHOLD_RATIO * change[~presses.touching].max(initial=0.0), MIN_THRESHOLD))
     found = CushionCalibration(rest, camera_centres, cubic, quiet, np.nan, np.nan)
     return replace(found, **rms_errors(PaperCushion(found, sensor), presses))
 

@@ -1,7 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The published method of the paper taxel_array_image_processing: nonzero taxels are contact (section II.B), edges are its shape (III.B),
-slip is the pyramidal Lucas-Kanade flow of corner features (section III.C)."""
+"""The method of the paper taxel_array_image_processing.
+
+Nonzero taxels are contact (section II.B), edges are its shape (section III.B), slip is the pyramidal Lucas-Kanade flow of corner features
+(section III.C).
+"""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -15,39 +18,64 @@ from ..taxel.region import Regions, find_regions
 from ..taxel.response import Response
 from ..taxel.wrench import GraspedObject, wrench_of
 
-# The paper names no detector of edges. Canny's; thresholds half and double of these find the same edges.
-_EDGES = dict(threshold1=100, threshold2=200, L2gradient=True)  # grey levels, of an image scaled to 255
-# The paper gives no values; chosen for contacts of 5 to 30 taxels.
-_FEATURES = dict(maxCorners=50, qualityLevel=0.05, minDistance=2, blockSize=3)
-_FLOW = dict(winSize=(7, 7), maxLevel=2)
-_MOVED = 0.05  # taxels a frame, from which a feature moves
-_FEWEST = 3  # features
-_ZERO = 3.0  # standard deviations of the noise up to which a taxel counts as zero
+# The paper names no detector of edges. This is Canny's; thresholds half and double of these find the same edges.
+EDGES = dict(threshold1=100, threshold2=200, L2gradient=True)  # grey levels, of an image scaled to 255
+# The paper gives no values for the corners and their flow. These are for contacts of 5 to 30 taxels.
+FEATURES = dict(maxCorners=50, qualityLevel=0.05, minDistance=2, blockSize=3)
+FLOW = dict(winSize=(7, 7), maxLevel=2)
+MIN_DISPLACEMENT = 0.05  # taxels a frame, of a feature that moves
+MIN_FEATURES = 3  # for an estimate of slip
+MIN_SIDE = 8  # taxels, of an image in which corners are detected
+ZERO_SIGMAS = 3.0  # standard deviations of the noise up to which a taxel counts as zero
 
 
 def image_moments(image: np.ndarray, array: TaxelArray) -> tuple[np.ndarray, float]:
-    """Centroid (2,), m, and angle of the major axis, rad in (-pi/2, pi/2], of an image (rows, columns) by the moments of its values (eqs 1
-    to 4); NaN of an image without values."""
+    """Centroid and angle by the moments of an image's values (equations 1 to 4).
+
+    Parameters
+    ----------
+    image : ndarray, shape (rows, columns)
+        Values of the taxels, not negative.
+    array : TaxelArray
+
+    Returns
+    -------
+    centroid : ndarray, shape (2,)
+        In m; NaN of an image without values.
+    angle : float
+        Of the major axis, rad in (-pi/2, pi/2]; NaN of an image without values.
+    """
     total = float(image.sum())
     if not total > 0:
         return np.full(2, np.nan), np.nan
-    along, down = image.sum(axis=0, dtype=float), image.sum(axis=1, dtype=float)
-    x, y = along @ array.x / total, down @ array.y / total
-    off_x, off_y = array.x - x, array.y - y
-    mixed = float(off_y @ image @ off_x)
-    return np.array([x, y]), float(0.5 * np.arctan2(2 * mixed, along @ off_x**2 - down @ off_y**2))
+    by_column, by_row = image.sum(axis=0, dtype=float), image.sum(axis=1, dtype=float)
+    x, y = by_column @ array.x / total, by_row @ array.y / total
+    from_x, from_y = array.x - x, array.y - y
+    mixed = float(from_y @ image @ from_x)
+    return np.array([x, y]), float(0.5 * np.arctan2(2 * mixed, by_column @ from_x**2 - by_row @ from_y**2))
 
 
 def edge_loops(image: np.ndarray, array: TaxelArray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Outlines and holes, lists of (n, 3) m, of the contacts in an image (rows, columns) by its edges (section III.B).
+    """Outlines and holes of the contacts in an image by its edges (section III.B).
 
     Loops of edges are outlines, those within one are holes, those within a hole outlines. Beyond the array's rim nothing is pressed.
+
+    Parameters
+    ----------
+    image : ndarray, shape (rows, columns)
+        Values of the taxels, not negative.
+    array : TaxelArray
+
+    Returns
+    -------
+    outlines, holes : list of ndarray, shape (n, 3)
+        In m.
     """
-    top = float(image.max(initial=0.0))
-    if not top > 0:
+    maximum = float(image.max(initial=0.0))
+    if not maximum > 0:
         return [], []
-    grey = cv2.copyMakeBorder(np.clip(image * (255 / top), 0, 255).astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
-    lines, family = cv2.findContours(cv2.Canny(grey, **_EDGES), cv2.RETR_TREE, cv2.CHAIN_APPROX_NONE)
+    grey = cv2.copyMakeBorder(np.clip(image * (255 / maximum), 0, 255).astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    lines, family = cv2.findContours(cv2.Canny(grey, **EDGES), cv2.RETR_TREE, cv2.CHAIN_APPROX_NONE)
     parents = family[0, :, 3] if lines else ()
     found: tuple[list, list] = [], []
     for line, parent in zip(lines, parents):
@@ -61,9 +89,25 @@ def edge_loops(image: np.ndarray, array: TaxelArray) -> tuple[list[np.ndarray], 
 
 
 class PaperMethod:
-    """Contact and slip as published, without a model of the pad."""
+    """Contact and slip as published, without a model of the pad.
 
-    lead, is_depth_preferred = np.zeros(2), True  # m, of no traction; the force follows from eq 5
+    Parameters
+    ----------
+    array : TaxelArray
+
+    Attributes
+    ----------
+    located : tuple or None
+        Centroid, m, and angle, rad, of all contacts of the last image, by its values.
+    loops : tuple
+        Outlines and holes of the last image, by its edges.
+    lead : ndarray, shape (2,)
+        0: traction does not move the contact.
+    is_depth_preferred : bool
+        The force follows from equation 5 where the depth is known.
+    """
+
+    lead, is_depth_preferred = np.zeros(2), True
 
     def __init__(self, array: TaxelArray):
         self._array = array
@@ -71,51 +115,51 @@ class PaperMethod:
 
     def reset(self) -> None:
         """The next image is the first."""
-        self.located: tuple[np.ndarray, float] | None = None  # of all contacts of the last image, by its values
-        self.loops: tuple[list[np.ndarray], list[np.ndarray]] = [], []  # outlines and holes of the last image, by its edges
+        self.located: tuple[np.ndarray, float] | None = None
+        self.loops: tuple[list[np.ndarray], list[np.ndarray]] = [], []
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
         """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels."""
-        touched = pressure > _ZERO * sigma
+        touched = pressure > ZERO_SIGMAS * sigma
         image = np.where(touched, pressure, 0)
         self.located, self.loops = image_moments(image, self._array), edge_loops(image, self._array)
         return find_regions(touched.astype(np.float32), pressure, self._array, full=full), pressure
 
     def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
         """Slip since the last frame; stamp_s: s. None stands for the motion, which this method does not estimate."""
-        top = float(pressure.max(initial=0.0))
-        if not regions.all or top <= 0:
+        maximum = float(pressure.max(initial=0.0))
+        if not regions.all or maximum <= 0:
             self.reset()
             return SlipEstimate(), None
-        image = np.clip(pressure * (255 / top), 0, 255).astype(np.uint8)
+        image = np.clip(pressure * (255 / maximum), 0, 255).astype(np.uint8)
         last, self._last = self._last, (image, stamp_s)
-        places = None if last is None or min(image.shape) < 8 else cv2.goodFeaturesToTrack(last[0], **_FEATURES)
-        if places is None or len(places) < _FEWEST:
+        corners = None if last is None or min(image.shape) < MIN_SIDE else cv2.goodFeaturesToTrack(last[0], **FEATURES)
+        if corners is None or len(corners) < MIN_FEATURES:
             return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None
-        moved, status, _ = cv2.calcOpticalFlowPyrLK(last[0], image, places, None, **_FLOW)
+        now, status, _ = cv2.calcOpticalFlowPyrLK(last[0], image, corners, None, **FLOW)
         good = status.ravel() > 0
-        if good.sum() < _FEWEST:
+        if good.sum() < MIN_FEATURES:
             return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None
-        return self._estimate(places[good, 0], (moved - places)[good, 0], stamp_s - last[1]), None
+        return self._estimate(corners[good, 0], (now - corners)[good, 0], stamp_s - last[1]), None
 
     def wrench(self, normal: float, contact: np.ndarray, touched: np.ndarray, pressure: np.ndarray, grasped: GraspedObject) -> np.ndarray:
-        """(6,) N and N m of the object on the sensor: all forces act at the centre of the contact, by eqs 1 to 3 (eq 9)."""
+        """(6,) N and N m of the object on the sensor: all forces act at the centre of the contact, by equations 1 to 3 (equation 9)."""
         centre = self.located[0]
         return wrench_of(normal, centre, np.append(centre, contact[2]), replace(grasped, centre_of_mass=np.full(3, np.nan)))
 
-    def _estimate(self, places: np.ndarray, flow: np.ndarray, interval: float) -> SlipEstimate:
-        moving = np.hypot(flow[:, 0], flow[:, 1]) > _MOVED
-        fraction = float(moving.mean())
+    def _estimate(self, corners: np.ndarray, flow: np.ndarray, interval: float) -> SlipEstimate:
+        moves = np.hypot(flow[:, 0], flow[:, 1]) > MIN_DISPLACEMENT
+        fraction = float(moves.mean())
         self._state = next_state(self._state, fraction)
-        where = (places - 0.5 * np.array([self._array.columns - 1, self._array.rows - 1])) * self._array.pitch
+        position = (corners - 0.5 * np.array([self._array.columns - 1, self._array.rows - 1])) * self._array.pitch
         velocity = flow * (self._array.pitch / interval)
-        estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3), x=where[moving, 0], y=where[moving, 1],
-                                vx=velocity[moving, 0], vy=velocity[moving, 1])
+        estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3), x=position[moves, 0], y=position[moves, 1],
+                                vx=velocity[moves, 0], vy=velocity[moves, 1])
         if self._state == NONE:
             return estimate
-        linear, turn, centre = planar_twist(where, velocity)
+        linear, turn, centre = planar_twist(position, velocity)
         estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
         estimate.rotation_center = np.array([*centre, 0.0]) if np.isfinite(centre).all() else np.full(3, np.nan)
         return estimate

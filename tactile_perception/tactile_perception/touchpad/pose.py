@@ -10,7 +10,7 @@ import numpy as np
 from ..common.geometry import lie_on_a_line
 
 _SAME_S = 1e-6  # s, up to which two stamps are one
-_KEPT_S = 4.5   # s, that poses are kept: motions reach back over 4 s at most (published/touchpad_contact_region.py: _HORIZON_S)
+_KEPT_S = 4.5   # s, that poses are kept: motions reach back over 4 s at most (published/touchpad_contact_region.py:MAX_INTERVAL_S)
 _NARROW = 1e-3  # least width over length of points; below, the turn about their line is open. Chosen
 
 Pose = tuple[np.ndarray, np.ndarray]

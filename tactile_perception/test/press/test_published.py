@@ -124,16 +124,16 @@ def bell(centre, height=5e-3, width=7e-3):
 def test_the_papers_fit_is_exact_on_its_own_bell():
     point = grid_point(bell((1.3e-3, -2.1e-3)), PLACES)
     assert not point.at_edge
-    assert point.place == pytest.approx([1.3e-3, -2.1e-3], abs=1e-9)
+    assert point.position == pytest.approx([1.3e-3, -2.1e-3], abs=1e-9)
     assert point.depth == pytest.approx(5e-3 * np.exp(-(0.8e-3**2 + 1.0e-3**2 + 2.1e-3**2 - 1.0e-3**2) / 4 / 49e-6), rel=0.1)
 
 
 def test_a_depth_at_or_under_zero_is_left_out_and_a_line_at_the_border_is_one_sided():
     deep = bell((1e-3, 1e-3))
     deep[4, 8] = -1e-4
-    assert grid_point(deep, PLACES).place == pytest.approx([1e-3, 1e-3], abs=1e-6)
+    assert grid_point(deep, PLACES).position == pytest.approx([1e-3, 1e-3], abs=1e-6)
     point = grid_point(bell((26.5e-3, 0.5e-3)), PLACES)
-    assert point.at_edge and point.place == pytest.approx([26.5e-3, 0.5e-3], abs=1e-6)
+    assert point.at_edge and point.position == pytest.approx([26.5e-3, 0.5e-3], abs=1e-6)
 
 
 SHEET = MARKER_SENSORS['areal_single']
