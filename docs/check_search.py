@@ -13,8 +13,8 @@ from conf import SEARCHED
 
 def found(index: dict, query: str) -> str:
     """The page of the best index entry; '' if there is none."""
-    entries = [(len(query) / len(entry), index['docnames'][page]) for entry, places in index['indexentries'].items()
-               if query in entry and 2 * len(query) >= len(entry) for page, _, is_main in places if is_main]
+    entries = [(len(query) / len(entry), index['docnames'][page]) for entry, targets in index['indexentries'].items()
+               if query in entry and 2 * len(query) >= len(entry) for page, _, is_main in targets if is_main]
     return max(entries, default=(0, ''))[1]
 
 

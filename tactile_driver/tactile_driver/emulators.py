@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""psd_emulator and taxel_emulator: the firmware of a finger and of an array, on a pseudo-terminal with the faults of real links."""
+"""The commands psd_emulator and taxel_emulator: firmware of a finger and of an array on a pseudo-terminal, with real faults."""
 from __future__ import annotations
 
 import argparse
@@ -22,24 +22,24 @@ from .simulation.psd.scene import open_psd_scene
 from .simulation.taxel.scene import open_taxel_scene
 from .sources.source import NS, wait_until
 
-_GARBAGE, _DROPPED = 300, 40  # bytes inserted before a frame; limit of the bytes dropped from one; chosen
-_PAUSE_S = 1.0  # duration of the faults pause and unplug; chosen
-_LARGEST_BACKLOG_NS = 5 * 10**8  # a delay of the machine up to this is caught up; a longer one leaves a gap in the data; chosen
+_GARBAGE_BYTES, _MAX_DROPPED_BYTES = 300, 40  # bytes inserted before a frame; limit of the bytes dropped from one
+_PAUSE_S = 1.0  # duration of the faults pause and unplug
+_MAX_BACKLOG_NS = 5 * 10**8  # a delay of the machine up to this is caught up; a longer one leaves a gap in the data
 
 
 def _drop(data: bytes, rng: np.random.Generator) -> bytes:
-    place = int(rng.integers(0, max(len(data) - 1, 1)))
-    return data[:place] + data[place + int(rng.integers(1, _DROPPED)):]
+    start = int(rng.integers(0, max(len(data) - 1, 1)))
+    return data[:start] + data[start + int(rng.integers(1, _MAX_DROPPED_BYTES)):]
 
 
 def _swap(data: bytes, rng: np.random.Generator) -> bytes:
-    place = int(rng.integers(0, max(len(data) - 1, 1)))
-    return data[:place] + data[place:place + 2][::-1] + data[place + 2:]
+    start = int(rng.integers(0, max(len(data) - 1, 1)))
+    return data[:start] + data[start:start + 2][::-1] + data[start + 2:]
 
 
 #: Faults that corrupt the bytes of one frame. wrong_baud: fewer bytes arrive, all of them wrong.
 CORRUPTIONS: dict[str, Callable[[bytes, np.random.Generator], bytes]] = {
-    'drop': _drop, 'swap': _swap, 'garbage': lambda data, rng: rng.bytes(_GARBAGE) + data,
+    'drop': _drop, 'swap': _swap, 'garbage': lambda data, rng: rng.bytes(_GARBAGE_BYTES) + data,
     'wrong_baud': lambda data, _rng: bytes(b ^ 0xA5 | 0x80 for b in data[::2])}
 #: All faults. pause: nothing is sent for 1 s; reset: sequence number and clock restart at 0; unplug: the port disappears for 1 s.
 FAULTS = (*CORRUPTIONS, 'pause', 'reset', 'unplug')
@@ -77,7 +77,7 @@ class PortEmulator:
         count = 0
         while not stopped():
             late = int((time.monotonic_ns() - begin) / step) - count
-            if late * step > _LARGEST_BACKLOG_NS:  # the device's clock runs on
+            if late * step > _MAX_BACKLOG_NS:  # the device's clock runs on
                 self._number, count = self._number + late * self._batch, count + late
             wait_until(begin + int((count + 1) * step))
             count += 1
@@ -137,13 +137,13 @@ class PortEmulator:
                 return
 
 
-_FRAMES_AT_ONCE = 50  # frames simulated per call, which is faster than one by one; chosen
+_FRAMES_AT_ONCE = 50  # frames simulated per call, which is faster than one by one
 
 
 class PsdEmulator(PortEmulator):
     """Plays a scene of the simulated finger.
 
-    format: binary or csv; modulation: the finger's light is on in every second sample only, and a fifth column tells which. Raises
+    format: binary or csv; modulation: the finger's light is on in every second sample only, and a fifth column indicates which. Raises
     BadArgument for a batch outside 1 to 256 or another format.
     """
 
@@ -177,7 +177,7 @@ class PsdEmulator(PortEmulator):
         return np.column_stack([self._scene.play(first, count, lit)[0], lit.astype(np.uint16)])
 
 
-_SCENE_RATE = 50.0  # simulated frames/s; a faster device sends each several times; chosen
+_SCENE_RATE = 50.0  # simulated frames/s; a faster device sends each several times
 
 
 class TaxelEmulator(PortEmulator):
@@ -242,7 +242,7 @@ def psd_emulator(args: list[str] | None = None) -> int:
     parser.add_argument('--batch', type=int, default=5, help='samples a frame')
     parser.add_argument('--format', default='binary', choices=('binary', 'csv'))
     parser.add_argument('--modulation', action='store_true',
-                        help="the finger's light is on in every second sample; a fifth column tells which")
+                        help="the finger's light is on in every second sample; a fifth column indicates which")
     given = parser.parse_args(args)
     return _serve(PsdEmulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format, modulation=given.modulation))
 

@@ -78,7 +78,7 @@ def by_name(table: Mapping, name: str, what: str):
 
 
 def reports_errors(name: str, *more: type[Exception]) -> Callable[[Callable[..., int]], Callable[..., int]]:
-    """Decorator for the main function of a command: print an error as one line on standard error, and return 1.
+    """Decorate the main function of a command: it prints an error as one line on standard error and returns 1.
 
     Parameters
     ----------

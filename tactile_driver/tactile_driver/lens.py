@@ -8,9 +8,9 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-_WIDE = 1.5  # normalised radius beyond which the result of the iteration is verified by reprojection; chosen
-_FOUND = 1e-4  # largest reprojection error, relative to the radius; chosen
-_STILL = np.zeros(3)
+_VERIFIED_RADIUS = 1.5  # normalised radius beyond which the result of the iteration is verified by reprojection
+_MAX_REPROJECTION_ERROR = 1e-4  # relative to the radius
+_ZERO = np.zeros(3)
 
 
 def undistorted(uv: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> np.ndarray:
@@ -29,16 +29,16 @@ def undistorted(uv: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> n
     seen = square < farthest_square(distortion)
     if not seen.all():
         plane[~seen] = np.nan
-    wide = np.flatnonzero(seen & (square > _WIDE**2))
+    wide = np.flatnonzero(seen & (square > _VERIFIED_RADIUS**2))
     if len(wide):
-        again = cv2.projectPoints(np.column_stack([plane[wide], np.ones(len(wide))]), _STILL, _STILL, np.eye(3), distortion)[0]
-        off = np.abs(again.reshape(-1, 2) - np.column_stack([x, y])[wide]).max(axis=1)
-        plane[wide[~(off < _FOUND * np.sqrt(square[wide]))]] = np.nan
+        again = cv2.projectPoints(np.column_stack([plane[wide], np.ones(len(wide))]), _ZERO, _ZERO, np.eye(3), distortion)[0]
+        error = np.abs(again.reshape(-1, 2) - np.column_stack([x, y])[wide]).max(axis=1)
+        plane[wide[~(error < _MAX_REPROJECTION_ERROR * np.sqrt(square[wide]))]] = np.nan
     return plane
 
 
 def farthest_square(distortion: np.ndarray) -> float:
-    """Square of the normalised radius in the image up to which a lens with that distortion (5,) images rays; inf without an end."""
+    """Square of the normalised image radius up to which a lens with this distortion (5,) images rays; inf if there is no limit."""
     return _turning_square(*(float(distortion[k]) for k in (0, 1, 4)))
 
 

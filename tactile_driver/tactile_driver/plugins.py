@@ -55,18 +55,45 @@ class PluginTable(UserDict):
         return bool(self.data) or bool(self._found())
 
     def package(self, name: str) -> str:
-        """Name of the package that defines an entry. Raises KeyError for an unknown name."""
+        """Name of the package that defines an entry.
+
+        Parameters
+        ----------
+        name : str
+            Name of the entry.
+
+        Returns
+        -------
+        str
+            Name of the Python package.
+
+        Raises
+        ------
+        KeyError
+            If there is no entry of that name.
+        """
         value = self.data[name] if name in self.data else self._found()[name]
         if isinstance(value, EntryPoint):
             value = value.value
         return (value if isinstance(value, str) else value.__module__).partition('.')[0].partition(':')[0]
 
     def extended(self, more: Mapping[str, object]) -> PluginTable:
-        """A table of the same group with more entries of this project."""
+        """Make a table of the same group with more entries of this project.
+
+        Parameters
+        ----------
+        more : Mapping
+            Name to object, as `own`.
+
+        Returns
+        -------
+        PluginTable
+            The table.
+        """
         return PluginTable(self.group, {**{name: self.data[name] for name in self.own}, **more})
 
     def _found(self) -> dict[str, EntryPoint]:
-        """The entry points of other packages, by name."""
+        """Entry points of other packages, by name."""
         if self._plugins is None:
             self._plugins = {}
             for entry in entry_points(group=self.group):

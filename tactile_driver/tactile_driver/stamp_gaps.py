@@ -6,14 +6,14 @@ from __future__ import annotations
 import time
 from collections import deque
 
-_KEPT = 30  # latest stamp intervals that determine the period; a change of rate is followed within as many frames; chosen
-_EVERY = 5  # messages between two updates of the period, because an update takes 57 us (measured on a busy machine)
-_SHORTEST_NS = 100_000  # shorter intervals are wrong stamps: no sensor sends 10 000 messages a second; chosen
-_PAUSE_NS = 2_000_000_000  # longer gaps are pauses of the publisher (paused, reconnected), not losses; chosen
-_SHORT = 0.1  # fraction of intervals that are shorter than what is taken for the period, because of late messages; chosen
-_LATELY = 120  # latest messages over which losses are reported; chosen
+_PERIOD_INTERVALS = 30  # latest stamp intervals that determine the period; a change of rate is followed within as many frames
+_UPDATE_EVERY = 5  # messages between two updates of the period, because an update takes 57 us (measured on a busy machine)
+_MIN_INTERVAL_NS = 100_000  # shorter intervals are wrong stamps: no sensor sends 10 000 messages a second
+_MAX_GAP_NS = 2_000_000_000  # longer gaps are pauses of the publisher (paused, reconnected), not losses
+_SHORT_SHARE = 0.1  # fraction of intervals that are shorter than what is taken for the period, because of late messages
+_RECENT_MESSAGES = 120  # latest messages over which losses are reported
 _SAME_CLOCK_NS = 60 * 10**9  # a stamp further from now is of a recording; as in perception's latency
-_FEW = 3  # losses among these that are not reported: the machine was busy for a moment; chosen
+_TOLERATED_LOSSES = 3  # losses among these that are not reported: the machine was busy for a moment
 
 
 class StampGaps:
@@ -23,15 +23,15 @@ class StampGaps:
     def __init__(self, topic: str):
         self.lost, self._topic = 0, topic
         self.missed, self._begun = 0, False
-        self._missing: deque[int] = deque(maxlen=_LATELY)
-        self._steps: deque[int] = deque(maxlen=_KEPT)
+        self._missing: deque[int] = deque(maxlen=_RECENT_MESSAGES)
+        self._steps: deque[int] = deque(maxlen=_PERIOD_INTERVALS)
         self._last_ns: int | None = None
         self._end_ns = self._count = 0
         self._period = 0.0
 
     def begin(self, missed: int) -> None:
         """Note how many messages were published before the first one of a subscription; only the first subscription counts, later ones
-        follow a time in which nobody wanted messages."""
+        follow a period without subscribers."""
         if not self._begun:
             self.missed, self._begun = missed, True
 
@@ -54,12 +54,12 @@ class StampGaps:
         last_ns, end_ns = self._last_ns, self._end_ns
         self._last_ns, self._end_ns = stamp_ns, stamp_ns + covered_ns
         step = 0 if last_ns is None else stamp_ns - last_ns
-        if not _SHORTEST_NS <= step <= _PAUSE_NS:
+        if not _MIN_INTERVAL_NS <= step <= _MAX_GAP_NS:
             return
         self._steps.append(step)
         self._count += 1
-        if self._count % _EVERY == 0:
-            known, self._period = self._period, float(sorted(self._steps)[int(_SHORT * len(self._steps))])
+        if self._count % _UPDATE_EVERY == 0:
+            known, self._period = self._period, float(sorted(self._steps)[int(_SHORT_SHARE * len(self._steps))])
             if not known and not covered_ns:  # the loss before, as while the receiver took up its work, is no news
                 self.lost += sum(max(round(before / self._period) - 1, 0) for before in list(self._steps)[:-1])
         if not self._period:
@@ -70,10 +70,10 @@ class StampGaps:
 
     @property
     def warning(self) -> str:
-        """Warning if more than _FEW of the latest messages were lost, else ''."""
+        """Warning if more than _TOLERATED_LOSSES of the latest messages were lost, else ''."""
         lost = sum(self._missing)
-        if lost <= _FEW:
+        if lost <= _TOLERATED_LOSSES:
             return ''
         share = 100 * lost / (lost + len(self._missing))
-        return (f'{share:.0f} % of {self._topic} are missing, by the gaps in its stamps: its publisher or the recording leaves them out, '
-                'or they are lost on the way; see whether it is reliable, and what else the machine and the network do')
+        return (f'{share:.0f} % of {self._topic} are missing according to the gaps in its stamps: the publisher or the recording omits '
+                'them, or the transport loses them; check that the publisher is reliable, and the load of the machine and the network')

@@ -91,7 +91,23 @@ class SensorType:
         return resolve_name(self.calibrate) if self.calibrate else None
 
     def read_pressed_surface(self, params: Path) -> object:
-        """What the function that `pressed_surface` names returns for a parameter file. Raises BadArgument for wrong parameters."""
+        """Surface on which a guided calibration presses.
+
+        Parameters
+        ----------
+        params : Path
+            Parameter file of the sensor.
+
+        Returns
+        -------
+        object
+            What the function that `pressed_surface` names returns.
+
+        Raises
+        ------
+        BadArgument
+            If a parameter is wrong.
+        """
         return resolve_name(self.pressed_surface)(params)
 
 

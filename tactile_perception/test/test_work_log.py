@@ -63,7 +63,7 @@ def test_lost_frames_are_counted_and_a_warning():
     log.arrive(10**18 + 50 * period)
     health = log.health(False)
     assert health.values['lost frames'] == 10
-    assert health.level == WARN and health.message.startswith('22 % of image_raw are missing, by the gaps in its stamps')
+    assert health.level == WARN and health.message.startswith('22 % of image_raw are missing according to the gaps in its stamps')
     log.restart_gaps()
     log.arrive(10**18 + 80 * period)
     assert log.health(False).values['lost frames'] == 10, 'nobody listened meanwhile'

@@ -43,8 +43,8 @@ def _text(path: Path) -> str:
 
 def _serial(folder: Path) -> str:
     """USB serial number of a video node, from its interface or the next two parents; '' if unknown."""
-    place = (folder / 'device').resolve()
-    return next((text for text in (_text(p / 'serial') for p in (place, *list(place.parents)[:2])) if text), '')
+    interface = (folder / 'device').resolve()
+    return next((text for text in (_text(p / 'serial') for p in (interface, *list(interface.parents)[:2])) if text), '')
 
 
 def _asked(path: str, what: Callable[[VideoNode], object], otherwise: object):
@@ -82,11 +82,11 @@ def find_device(wanted: str, root: str = '/') -> VideoDevice:
     raise DeviceLost(f'device: {wanted!r} {what}; there are: {known}. Name one by index, path, bus or serial number, and check the cable')
 
 
-_FROZEN_S = 1.0  # duration of identical images that counts as frozen: noise changes every image, even of a still scene; chosen
-_BLACK_S = 0.3  # duration of black images that is reported; the first images after the start may be black; chosen
-_UNSEEN_S = 2.0  # without a frame for longer, warning is empty; chosen
-_DARKEST = 8.0  # grey levels of 255, largest mean of a black image; chosen
-_STEP = 8  # only every 8th row is compared, because noise changes every row; chosen
+_FROZEN_S = 1.0  # duration of identical images that counts as frozen: noise changes every image, even of a still scene
+_BLACK_S = 0.3  # duration of black images that is reported; the first images after the start may be black
+_UNSEEN_S = 2.0  # without a frame for longer, warning is empty
+_MAX_BLACK_MEAN = 8.0  # grey levels of 255; the mean of a black image is at most this
+_ROW_STEP = 8  # every 8th row is compared, because noise changes every row
 
 
 class FrameWatch:
@@ -98,10 +98,10 @@ class FrameWatch:
 
     def add(self, image: np.ndarray) -> None:
         """Add the image of the next frame, uint8 (H, W) or (H, W, 3)."""
-        self._seen_s, rows = time.monotonic(), image[::_STEP]
+        self._seen_s, rows = time.monotonic(), image[::_ROW_STEP]
         if self._last is None or not np.array_equal(rows, self._last):
             self._last, self._changed_s = rows.copy(), self._seen_s
-        if rows.mean() > _DARKEST:
+        if rows.mean() > _MAX_BLACK_MEAN:
             self._bright_s = self._seen_s
 
     @property
@@ -110,14 +110,14 @@ class FrameWatch:
         if self._last is None or time.monotonic() - self._seen_s > _UNSEEN_S:
             return ''
         if self._seen_s - self._bright_s > _BLACK_S:
-            return 'the pictures are black; check lamps, exposure and what covers the lens'
+            return 'the images are black; check the lamps, the exposure and whether something covers the lens'
         same_s = self._seen_s - self._changed_s
-        return f'the camera has repeated one picture for {same_s:.1f} s; it hangs, pull it out and plug it in again' \
+        return f'the camera has sent the same image for {same_s:.1f} s; it hangs, unplug it and plug it in again' \
             if same_s > _FROZEN_S else ''
 
 
-_RATE_TOLERANCE, _MOST_MODES = 0.02, 4  # share of the asked rate; modes in a warning, which has to fit a line; chosen
-_OLDEST_STAMP_NS = 1_000_000_000  # an older driver stamp is not of the monotonic clock; chosen
+_RATE_TOLERANCE, _MAX_MODES = 0.02, 4  # share of the requested rate; modes listed in a warning, which has to fit a line
+_OLDEST_STAMP_NS = 1_000_000_000  # an older driver stamp is not of the monotonic clock
 
 
 class DeviceSource(Source):
@@ -131,7 +131,8 @@ class DeviceSource(Source):
 
     def __init__(self, values: Mapping, clock: Clock):
         if len(values['pixel_format']) not in (0, 4):
-            raise BadArgument(f'pixel_format: {values["pixel_format"]!r} is no FOURCC; give four letters as MJPG, YUYV or GREY, or none')
+            raise BadArgument(f'pixel_format: {values["pixel_format"]!r} is not a FOURCC; give four letters such as MJPG, YUYV or GREY, '
+                              'or leave it empty')
         self._watch = FrameWatch()
         self._asked, self._clock = values, clock
         self._found: VideoDevice | None = None
@@ -177,7 +178,7 @@ class DeviceSource(Source):
                            f'{", ".join(sorted({mode.pixel_format for mode in modes} & set(READABLE))) or "no other that can be read"}')
         if rate > 0 and abs(has.rate - rate) > _RATE_TOLERANCE * rate:
             offered = [f'{mode.pixel_format} {mode.width} x {mode.height} up to {mode.rate:g} Hz' for mode in modes
-                       if mode.rate >= rate][-_MOST_MODES:]
+                       if mode.rate >= rate][-_MAX_MODES:]
             warnings.append(f'the camera is set to {has.rate:g} Hz instead of {rate:g} Hz at {has.pixel_format} {has.width} x '
                            f'{has.height} px; choose a rate, size and pixel_format that it offers '
                            f'({"; ".join(offered) or "none is that fast"})')
@@ -211,7 +212,7 @@ class DeviceSource(Source):
             self._control()
         if self._capture is None or not self._capture.grab():
             name = self._found or self._asked['device']
-            raise DeviceLost(f'device: {name} stopped sending frames; check the cable (tried again by itself)')
+            raise DeviceLost(f'device: {name} stopped sending frames; check the cable (the driver tries again by itself)')
         stamp = stamp_of(self._captured_ns(), self._clock)
         if not wanted:
             return None

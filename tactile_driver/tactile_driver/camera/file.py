@@ -16,7 +16,7 @@ from ..sources.source import NS, Clock, PlayedSource, natural_key, stamp_of
 
 IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
 _REMEDY = 'where a player shows it: ffmpeg -i VIDEO -c:v mjpeg -q:v 2 press.avi'
-_FOLDER_RATE = 30.0  # Hz, for a folder and for a video without a rate; chosen: the rate of most cameras
+_FOLDER_RATE = 30.0  # Hz, for a folder and for a video without a rate; the rate of most cameras
 
 #: Number of a frame, from 0, and what decodes it, before the next one is asked for: the image, or None, and its name
 Item = tuple[int, Callable[[], tuple[np.ndarray | None, str]]]

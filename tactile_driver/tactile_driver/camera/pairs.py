@@ -17,21 +17,21 @@ from ..sources.capture import Capture, CaptureStatus
 from ..sources.source import NS, EndOfSource, NothingYet, Source
 
 LEFT, RIGHT = 0, 1
-_SKEWS, _FEWEST_SKEWS = 150, 10  # latest pairs whose offset is reported, 5 s at 30 Hz; from how many on; chosen
-_LONGEST_QUEUE = 8  # frames of one camera that may wait for their counterparts; chosen
-_INTERVALS, _FEWEST_INTERVALS = 30, 4  # latest intervals that determine the period; how many are needed; chosen
-_SHORT = 20  # percentile of the intervals used as the period, below the median because lost frames lengthen intervals; chosen
-_BEGIN_ANEW_NS = 1_000_000_000  # a stamp further back than this restarts the pairing; chosen
-_HYSTERESIS = 0.1  # frame periods by which offsets may exceed one half before frames pair in the other way; chosen: jitter is less
+_SKEWS, _MIN_SKEWS = 150, 10  # latest pairs whose offset is reported, 5 s at 30 Hz; from how many on
+_MAX_QUEUE = 8  # frames of one camera that may wait for their counterparts
+_INTERVALS, _MIN_INTERVALS = 30, 4  # latest intervals that determine the period; how many are needed
+_PERIOD_PERCENTILE = 20  # percentile of the intervals used as the period, below the median because lost frames lengthen intervals
+_RESTART_NS = 1_000_000_000  # a stamp further back than this restarts the pairing
+_HYSTERESIS = 0.1  # frame periods by which offsets may exceed one half before each frame pairs with the other neighbour; jitter is smaller
 
 
 class Pairer:
     """Pairs each frame with the nearest one of the other camera, at most max_skew_ns, ns, and half a frame period away.
 
     max_skew_ns: negative for half a period. At a skew beyond half a period an adjacent frame would match better, and that frame may be late
-    or lost. So no pair is formed before the period is known. Near half a period, where jitter would pair a frame now with the one before
-    and now with the one after it, a hysteresis keeps the order of the last pair. nominal_ns: period reported by the cameras, ns, None if
-    unknown; the period is measured as well. unpaired: number of frames without a counterpart or out of order.
+    or lost. So no pair is formed before the period is known. Near half a period, jitter would pair a frame sometimes with the one before
+    and sometimes with the one after it; a hysteresis keeps the order of the last pair. nominal_ns: period reported by the cameras, ns, None
+    if unknown; the period is measured as well. unpaired: number of frames without a counterpart or out of order.
     """
 
     def __init__(self, max_skew_ns: int, nominal_ns: float | None = None):
@@ -46,7 +46,7 @@ class Pairer:
         """Add the next frame of one camera (0 left, 1 right). A stamp that goes back by over a second restarts the pairing."""
         last = self._last[side]
         if last is not None and frame.stamp_ns <= last:
-            if last - frame.stamp_ns < _BEGIN_ANEW_NS:
+            if last - frame.stamp_ns < _RESTART_NS:
                 self.unpaired += 1
                 return
             self.clear()
@@ -55,7 +55,7 @@ class Pairer:
             self._intervals[side].append(frame.stamp_ns - last)
         self._last[side] = frame.stamp_ns
         self._queues[side].append(frame)
-        if len(self._queues[side]) > _LONGEST_QUEUE:
+        if len(self._queues[side]) > _MAX_QUEUE:
             self._drop(side)
 
     def waiting(self, side: int) -> int:
@@ -65,12 +65,12 @@ class Pairer:
     def take(self, last: bool = False) -> PairFrame | None:
         """The next pair, or None; last: no more frames will arrive, so do not wait for the period."""
         left, right = self._queues
-        known = last or bool(self._nominal) or max(map(len, self._intervals)) >= _FEWEST_INTERVALS
+        known = last or bool(self._nominal) or max(map(len, self._intervals)) >= _MIN_INTERVALS
         while left and right and known:
             skew = right[0].stamp_ns - left[0].stamp_ns
             if self._are_nearest(skew):
                 if self._skews and abs(skew - self._skews[-1]) > (self.period_ns or np.inf) / 2:
-                    self._skews.clear()  # they pair in another way
+                    self._skews.clear()  # from here on other frames form the pairs
                 self._skews.append(skew)
                 if abs(skew) <= self._max_skew:
                     return PairFrame(left[0], right.popleft(), left.popleft().truth)
@@ -86,7 +86,7 @@ class Pairer:
     @property
     def offset_ms(self) -> float:
         """Median offset of the latest nearest frames, ms, positive where the right camera is later; NaN before there are enough."""
-        return 1e-6 * float(np.median(self._skews)) if len(self._skews) >= _FEWEST_SKEWS else math.nan
+        return 1e-6 * float(np.median(self._skews)) if len(self._skews) >= _MIN_SKEWS else math.nan
 
     @property
     def warning(self) -> str:
@@ -117,7 +117,7 @@ class Pairer:
     @property
     def period_ns(self) -> float | None:
         """Frame period, ns: the shortest of the nominal and the measured periods; None if unknown."""
-        seen = [float(np.percentile(intervals, _SHORT)) for intervals in self._intervals if intervals]
+        seen = [float(np.percentile(intervals, _PERIOD_PERCENTILE)) for intervals in self._intervals if intervals]
         return min([*seen, *([self._nominal] if self._nominal else [])], default=None)
 
     def _drop(self, side: int) -> None:
@@ -126,8 +126,8 @@ class Pairer:
 
 
 NAMES = ('left', 'right')
-_MOMENT_S = 0.2  # longest wait of one read; chosen
-_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods, and s: a camera silent for longer than both is absent; chosen
+_MAX_WAIT_S = 0.2  # of one read
+_SILENCE_PERIODS, _MIN_SILENCE_S = 5, 1.0  # frame periods, and s: a camera silent for longer than both is absent
 
 
 class PairedSource(Source):
@@ -171,12 +171,12 @@ class PairedSource(Source):
             capture.resume()
 
     def read(self, wanted: bool = True) -> PairFrame | None:
-        """The next pair; None if not wanted, after a frame of either source. Raises EndOfSource when one recording is over, DeviceLost when
-        both cameras are lost, NothingYet when none arrives within _MOMENT_S, and BadRecording when one of the two is no longer readable."""
+        """The next pair; None if not wanted, after a frame of either source. Raises EndOfSource when one recording is over, DeviceLost if
+        both cameras are lost, NothingYet when none arrives within _MAX_WAIT_S, and BadRecording when one of the two cannot be read."""
         if wanted and not self._wanted:
             self._wanted_since = time.monotonic()
         self._wanted = wanted
-        before, end = self._received, time.monotonic() + _MOMENT_S
+        before, end = self._received, time.monotonic() + _MAX_WAIT_S
         while True:
             states = [capture.status for capture in self._captures]  # first: no frame comes after an end
             self._fetch()
@@ -222,7 +222,7 @@ class PairedSource(Source):
             return state.state == 'lost'
         period, waited = (self._pairer.period_ns or 0) / NS, time.monotonic() - self._wanted_since
         age = waited if math.isnan(state.age_s) else min(state.age_s, waited)
-        return state.state == 'lost' or age > max(_SHORTEST_SILENCE, _SILENCE_PERIODS * period)
+        return state.state == 'lost' or age > max(_MIN_SILENCE_S, _SILENCE_PERIODS * period)
 
     def _check(self, states: list[CaptureStatus], over: list[bool]) -> None:
         """Raise the error that prevents further pairs, if any."""
@@ -287,10 +287,10 @@ class PairedSource(Source):
         description of the sensor in a recording."""
         left, right = (source.describe() for source in self._sources)
         recorded, _ = ({'recorded': about.pop('recorded')} if 'recorded' in about else {} for about in (left, right))
-        place = ' + '.join(str(about.get('path') or about.get('device') or about.get('topic')) for about in (left, right))
+        paths = ' + '.join(str(about.get('path') or about.get('device') or about.get('topic')) for about in (left, right))
         serial = ' + '.join(str(about.get('serial') or '') for about in (left, right)).strip(' +')
         lost = {name: left[name] + right[name] for name in ('lost', 'missed') if name in left}
-        return {'path': place, 'serial': serial, 'rate': left.get('rate', -1.0), 'left': left, 'right': right,
+        return {'path': paths, 'serial': serial, 'rate': left.get('rate', -1.0), 'left': left, 'right': right,
                 'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost, **recorded,
                 'shutter offset (ms)': self._pairer.offset_ms}
 

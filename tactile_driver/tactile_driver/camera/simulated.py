@@ -10,7 +10,7 @@ from ..simulation.sensors import scenes
 from ..sources.source import NS, SceneSource, wait_until
 
 _SIZE = (640, 480)  # (width, height), px; the image size of the touchpad paper (touchpad_contact_region, section 2)
-_AHEAD_S = 3.0  # of the scene that is computed ahead; chosen
+_AHEAD_S = 3.0  # of the scene that is computed ahead
 _SPARE_NS = NS // 50  # time before a frame is due that one state of a touched skin may take; measured on the sheet with two cameras
 
 

@@ -18,8 +18,8 @@ _CAPTURE, _CAPTURE_PLANES = 1, 9  # V4L2_BUF_TYPE_VIDEO_CAPTURE(_MPLANE)
 _CONTROL_CLASS, _OFF = 6, 0x1 | 0x4  # V4L2_CTRL_TYPE_CTRL_CLASS; V4L2_CTRL_FLAG_DISABLED | _READ_ONLY
 _CAPABILITY = struct.Struct('16s32s32s6I')  # driver, card, bus_info, version, capabilities
 _FORMAT = struct.Struct('3I32s5I')  # index, type, flags, description, pixelformat
-_SIZE = struct.Struct('11I')  # index, pixelformat, type, then width, height or least, most and step of both
-_INTERVAL = struct.Struct('13I')  # index, pixelformat, width, height, type, then s as a fraction or least, most and step
+_SIZE = struct.Struct('11I')  # index, pixelformat, type, then width, height or minimum, maximum and step of both
+_INTERVAL = struct.Struct('13I')  # index, pixelformat, width, height, type, then s as a fraction or minimum, maximum and step
 _QUERY = struct.Struct('II32sqqQqIIII4I32I')  # id, type, name, minimum, maximum, step, default, flags
 _CONTROL = struct.Struct('Ii')  # id, value
 _QUERYCAP, _ENUM_FMT, _ENUM_FRAMESIZES, _ENUM_FRAMEINTERVALS, _QUERY_EXT_CTRL, _G_CTRL, _S_CTRL = 0, 2, 74, 75, 103, 27, 28
@@ -27,7 +27,7 @@ _QUERYCAP, _ENUM_FMT, _ENUM_FRAMESIZES, _ENUM_FRAMEINTERVALS, _QUERY_EXT_CTRL, _
 
 @dataclass(frozen=True)
 class Mode:
-    """What a camera offers: FOURCC, width and height, px, and its highest rate, Hz (0 if it tells none)."""
+    """What a camera offers: FOURCC, width and height, px, and its highest rate, Hz (0 if it reports none)."""
 
     pixel_format: str
     width: int
@@ -80,7 +80,7 @@ class VideoNode:
                 raise
 
     def bus(self) -> str:
-        """The name of its place, as in usb-0000:00:14.0-1 or platform:vivid-000."""
+        """Name of the bus, as in usb-0000:00:14.0-1 or platform:vivid-000."""
         return _text(self._ask(_QUERYCAP, _CAPABILITY, direction=2)[2])
 
     def modes(self) -> list[Mode]:
@@ -196,7 +196,7 @@ _BYTES = {'BGR3': 3.0, 'RGB3': 3.0, 'YUYV': 2.0, 'UYVY': 2.0, 'NV12': 1.5, 'GREY
 
 
 def exposure_of(node: VideoNode) -> float:
-    """The exposure time, s; 0 where the camera does not tell."""
+    """The exposure time, s; 0 where the camera does not report it."""
     try:
         return node.get(_SETTINGS['exposure'].control) * _SETTINGS['exposure'].unit
     except OSError:
@@ -204,9 +204,9 @@ def exposure_of(node: VideoNode) -> float:
 
 
 def limit_of(mode: Mode, bus: str, others: Sequence[str], exposure: float) -> str:
-    """Why a camera may be slower than it says. bus: its place; others: cameras on the same bus; exposure: s, 0 if not known."""
+    """Why a camera may be slower than its nominal rate. bus: its name; others: cameras on the same bus; exposure: s, 0 if unknown."""
     if exposure * mode.rate > 1:
-        return f'its exposure of {1e3 * exposure:.0f} ms is longer than a period, set exposure and more light'
+        return f'its exposure of {1e3 * exposure:.0f} ms is longer than a period; set exposure, and add light'
     load = _BYTES.get(mode.pixel_format, 0.0) * mode.width * mode.height * mode.rate / 1e6
     much = f'{mode.pixel_format} of {mode.width} x {mode.height} px{f" takes {load:.0f} MB/s of {bus}" if load else f" on {bus}"}'
     shared = f', which {" and ".join(others)} shares (plug one into another controller)' if others else ''

@@ -32,9 +32,9 @@ from .runtime.parameter_server import NodeParameters
 from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 
 _TAKE_S = 0.2
-_MOST_WARNINGS = 10  # chosen: more do not fit a line of /diagnostics; hostile images give thousands
+_MAX_WARNINGS = 10  # more do not fit a line of /diagnostics; hostile images give thousands
 _AND_MORE = 'there were more such problems; they are left out until the node is configured again'
-#: longest time that a recording with rate 0 waits for its subscribers' acknowledgement; chosen
+#: longest time that a recording with rate 0 waits for its subscribers' acknowledgement
 _ACKNOWLEDGE = Duration(seconds=1)
 
 
@@ -74,7 +74,7 @@ class Stream:
 
     def warn(self, text: str) -> None:
         """Log a warning about the data once, '' for none, and report it on /diagnostics from now on."""
-        if len(self.warnings) >= _MOST_WARNINGS:
+        if len(self.warnings) >= _MAX_WARNINGS:
             text = _AND_MORE
         if text and text not in self.warnings:
             self.warnings.append(text)
@@ -137,10 +137,10 @@ def _constant(about: dict) -> dict:
             if name not in COUNTS and name != 'idle'}
 
 
-#: s that a node stays after the end of a recording; chosen: /diagnostics says so at least once, and nodes in other processes finish what
+#: s that a node stays after the end of a recording; /diagnostics says so at least once, and nodes in other processes finish what
 #: waits for them, which is never older than some tenths of a second (tactile_perception/work_log.py)
 _FAREWELL_S = 2.0
-_SUPERVISION_S = 0.1  # chosen: a device that is plugged in again is open within a frame or two of a slow camera
+_SUPERVISION_S = 0.1  # a device that is plugged in again is open within a frame or two of a slow camera
 
 
 class DriverNode(LifecycleNode):

@@ -12,10 +12,10 @@ import numpy as np
 from ..sources.capture import CaptureStatus
 from .runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 
-_RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of saturated samples that give a warning; chosen
-_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a frame that are an error; chosen
-_FEW = 0.05  # share of skipped frames that is not reported: other work of the machine for a moment; chosen
-_WINDOW_S, _BLOCKS = 4.0, 4000  # span of a meter's rate and shares; blocks in it, at a thousand a second; chosen
+_RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of saturated samples that give a warning
+_SILENCE_PERIODS, _MIN_SILENCE_S = 5, 1.0  # frame periods and s without a frame that are an error
+_TOLERATED_SKIPS = 0.05  # share of skipped frames that is not reported: the machine was busy for a moment
+_WINDOW_S, _BLOCKS = 4.0, 4000  # span of a meter's rate and shares; blocks in it, at a thousand a second
 _STATES = {'paused': 'ready, not active', 'ended': 'ended: the recording is over; clean up and configure to play it again'}
 #: key of the number of messages that were published before the first one arrived
 MISSED = 'missed at start'
@@ -88,11 +88,11 @@ def _judged(status: CaptureStatus, rate: float, nominal: float, live: bool, idle
         return ERROR, status.error
     if idle:
         return OK, 'nobody subscribes'
-    if live and status.age_s > max(_SHORTEST_SILENCE, _SILENCE_PERIODS / max(nominal, 1.0)):
+    if live and status.age_s > max(_MIN_SILENCE_S, _SILENCE_PERIODS / max(nominal, 1.0)):
         return ERROR, warning or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'
     if live and nominal > 0 and rate < _RATE_TOLERANCE * nominal:
         return WARN, f'{rate:.1f} Hz instead of {nominal:.1f} Hz; {limit}{" " if limit else ""}a busy machine'
-    if status.left_out > _FEW:
+    if status.left_out > _TOLERATED_SKIPS:
         return WARN, (f'{100 * status.left_out:.0f} % of the frames are skipped: this machine is too slow; lower the rate, choose a faster '
                       'method or end other programs')
     return OK, 'waiting for the first frame' if math.isnan(rate) else f'{rate:.1f} Hz'

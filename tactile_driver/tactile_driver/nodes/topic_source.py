@@ -18,8 +18,8 @@ from ..stamp_gaps import StampGaps
 from .messages.conversions import frame_of_message
 from .runtime.host import AdaptiveSubscription
 
-_MOMENT_S = 0.1  # longest wait of read; chosen
-_LONGEST_QUEUE = 4  # frames; chosen: the pairing keeps 8 more
+_MAX_WAIT_S = 0.1  # of one read
+_MAX_QUEUE = 4  # frames; the pairing keeps 8 more
 _QUEUE = QoSProfile(depth=10)
 
 
@@ -61,7 +61,7 @@ class TopicSource(Source):
         """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
         self._subscribe(wanted)
         with self._arrived:
-            if not self._arrived.wait_for(lambda: self._queue, _MOMENT_S):
+            if not self._arrived.wait_for(lambda: self._queue, _MAX_WAIT_S):
                 raise NothingYet
             message = self._queue.popleft()
         return frame_of_message(message, f'the image of {self._topic}')
@@ -79,7 +79,7 @@ class TopicSource(Source):
         with self._arrived:
             self._gaps.add(message.header.stamp.sec * NS + message.header.stamp.nanosec)
             self._queue.append(message)
-            if len(self._queue) > _LONGEST_QUEUE:
+            if len(self._queue) > _MAX_QUEUE:
                 self._queue.popleft()
                 self.skipped += 1
             self._arrived.notify_all()

@@ -89,7 +89,7 @@ _OWN = (
               'images), bag (rosbag2 recording) or topics (two image topics)', choices=DUAL_CAMERA_CHOICES),
     Parameter('device', str, '0', '', 'source device: left camera: index, /dev path, name under '
               '/dev/v4l/by-id, or part of a serial number'),
-    Parameter('right_device', str, '1', '', 'source device: right camera, named in the same way'),
+    Parameter('right_device', str, '1', '', 'source device: right camera, named as the left one'),
     Parameter('path', str, '', '', 'source file: the left video or folder of images; source bag: the rosbag2 folder'),
     Parameter('right_path', str, '', '', 'source file: the right video or folder; source bag: bag of the right camera, empty if one bag '
               'has both'),
@@ -111,7 +111,7 @@ _OWN = (
 )
 _NAMES = {p.name for p in _OWN}
 
-#: The stitching tells where the two cameras are.
+#: The calibration of the stitching holds the poses of both cameras.
 DUAL_CAMERA_PARAMETERS = _OWN + tuple(p for p in CAMERA_PARAMETERS if p.name not in _NAMES and not p.name.startswith('camera.'))
 
 
@@ -135,7 +135,7 @@ PSD_DRIVER_PARAMETERS = (
     Parameter('adc.full_scale', float, 5.0, 'V', 'source device: voltage that the count 2**bits of the converter would mean', 1e-3, 1e3),
     Parameter('adc.bits', int, 12, '', 'source device, format csv: resolution of the converter; binary frames state it', 8, 16),
     Parameter('modulation', bool, False, '',
-              "source device: the finger's light is on in every second sample, and a fifth column tells which; "
+              "source device: the finger's light is on in every second sample, and a fifth column indicates which; "
               'the dark samples are subtracted and half as many net samples published'),
     Parameter('saturation', float, 4.9, 'V', 'voltage from which an output counts as saturated in /diagnostics', 1e-3, 1e3),
     Parameter('batch_period', float, 0.005, 's', 'sources device and sim: time that the samples of one message span', 0.001, 0.05),

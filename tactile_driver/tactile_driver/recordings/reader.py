@@ -19,12 +19,12 @@ from ..frame import COMPRESSED
 from ..frame_names import sensor_frame
 from .serialization import decode
 
-_MOST = 50  # distinct reasons kept, further ones are counted together; chosen
+_MAX_REASONS = 50  # distinct reasons kept; further ones are counted together
 _NUMBER = re.compile(r'-?\d+(\.\d+)?')
 
 
 class LeftOut:
-    """Skipped items by place and reason. Reasons that differ only in numbers count as one; the first is reported."""
+    """Skipped items by topic and reason. Reasons that differ only in numbers count as one; the first is reported."""
 
     def __init__(self):
         self._found: dict[tuple[str, str], list] = {}
@@ -32,7 +32,7 @@ class LeftOut:
     def add(self, where: str, reason: str, stamp_ns: int | None = None, count: int = 1) -> None:
         """Count skipped items. where: topic or file; stamp_ns: stamp of the message, ns; count: number of items."""
         key = (where, _NUMBER.sub('#', reason))
-        if key not in self._found and len(self._found) >= _MOST:
+        if key not in self._found and len(self._found) >= _MAX_REASONS:
             key, reason = ('elsewhere', ''), 'other reasons'
         entry = self._found.setdefault(key, [0, reason, stamp_ns])
         entry[0] += count
@@ -48,7 +48,7 @@ class LeftOut:
             self.add(where, reason, stamp_ns, count)
 
     def lines(self) -> list[str]:
-        """One line per reason: count, place, reason and first time; most frequent first."""
+        """One line per reason: count, topic, reason and first time; most frequent first."""
         reported = sorted(self._found.items(), key=lambda item: -item[1][0])
         return [f'{count} of {where}: {reason}' + ('' if stamp is None else f' (first at {stamp / 1e9:.3f} s)')
                 for (where, _), (count, reason, stamp) in reported]

@@ -97,7 +97,7 @@ def _laid_out(type_name: str, nested: dict[str, list]) -> list[Field]:
 
 
 def _clear(data: bytearray, at: int, fields: list[Field]) -> int:
-    """Set the padding of fields from a place on to zero; the place of their end."""
+    """Set the padding of fields from the offset `at` on to zero; return the offset of their end."""
     for length, size, inner in fields:
         count = length
         if length < 0:

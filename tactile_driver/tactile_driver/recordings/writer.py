@@ -20,8 +20,8 @@ COMPRESSED, AT_ONCE = 'zstd_fast', 'fastwrite'
 _VERSION = 9  # of rosbag2's metadata in Jazzy, in which QoS policies have names
 _FOR_EVER = {'sec': 9223372036, 'nsec': 854775807}  # RMW_DURATION_INFINITE of rmw
 _TIMES = ('deadline', 'lifespan', 'liveliness_lease_duration')
-_DEPTH = 10  # chosen
-_MARGIN = 1 << 20  # bytes, chosen: no message is begun without so much room on the disk, because rosbag2 does not notice that one is cut
+_DEPTH = 10
+_MARGIN = 1 << 20  # bytes: no message is begun without so much room on the disk, because rosbag2 does not notice that one is cut
 _LATCHED = ('/tf_static', '/description', '/camera_info')
 
 

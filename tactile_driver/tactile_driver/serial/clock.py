@@ -14,15 +14,15 @@ from .frames import CountFrame
 
 NS_PER_US = 1000
 _WRAP = 2**32
-_BLOCK_NS, _BLOCKS = 10**9, 5  # length of a block, and how many are kept: a crystal off by 50 ppm moves by 0.25 ms meanwhile. Chosen
-_LARGEST_STEP_NS = 10**9  # difference of device and host intervals that counts as a restart of the device; chosen
-_SLEW = 0.05  # correction per elapsed time: stamps converge without going back; chosen
+_BLOCK_NS, _BLOCKS = 10**9, 5  # length of a block, and how many are kept: a crystal off by 50 ppm moves by 0.25 ms meanwhile
+_MAX_STEP_NS = 10**9  # difference of device and host intervals that counts as a restart of the device
+_SLEW = 0.05  # correction per elapsed time: stamps converge without going back
 
 
 class DeviceClock:
     """Maps device time, us modulo 2**32, to host time, ns.
 
-    Buffers, USB polling and the scheduler delay frames; nothing makes them early. So the least delayed frame of the last seconds tells the
+    Buffers, USB polling and the scheduler delay frames; nothing makes them early. So the least delayed frame of the last seconds gives the
     offset. Stamps approach it slowly and never go back. If device and host intervals differ by more than a second, the device has
     restarted: the map is discarded and resets is incremented.
     """
@@ -33,7 +33,7 @@ class DeviceClock:
 
     def _forget(self) -> None:
         self._last: tuple[int, int, int] | None = None  # device us, the same continued over wraps, ns, and its arrival, ns
-        self._least: deque[int] = deque(maxlen=_BLOCKS)  # least offset, ns, of each second
+        self._min_offsets: deque[int] = deque(maxlen=_BLOCKS)  # least offset, ns, of each second
         self._block_end = 0
         self._shown: tuple[int, float] | None = None  # device ns, offset ns of the last answer
 
@@ -48,7 +48,7 @@ class DeviceClock:
             if self._last is not None:
                 last_us, last_ns, host_ns = self._last
                 device_ns = last_ns + ((time_us - last_us + _WRAP // 2) % _WRAP - _WRAP // 2) * NS_PER_US
-                if abs(device_ns - last_ns - (arrived_ns - host_ns)) > _LARGEST_STEP_NS:
+                if abs(device_ns - last_ns - (arrived_ns - host_ns)) > _MAX_STEP_NS:
                     mapped += self._mapped(waiting, arrived_ns)
                     waiting, device_ns = [], time_us * NS_PER_US
                     self._forget()
@@ -63,11 +63,11 @@ class DeviceClock:
             return []
         newest = device_ns[-1]
         offset = arrived_ns - newest
-        if not self._least or newest >= self._block_end:
-            self._least.append(offset)
+        if not self._min_offsets or newest >= self._block_end:
+            self._min_offsets.append(offset)
             self._block_end = newest + _BLOCK_NS
-        self._least[-1] = min(self._least[-1], offset)
-        offset = float(min(self._least))
+        self._min_offsets[-1] = min(self._min_offsets[-1], offset)
+        offset = float(min(self._min_offsets))
         if self._shown is not None:
             most = _SLEW * abs(newest - self._shown[0])
             offset = self._shown[1] + min(max(offset - self._shown[1], -most), most)
@@ -76,8 +76,8 @@ class DeviceClock:
 
 
 NS = 1_000_000_000
-_STEPS = 64  # latest intervals whose median is the period, for frames without one; chosen
-_TOLERANCE = 0.5  # periods by which a sample may deviate from the regular grid before it counts as a gap; chosen
+_PERIOD_INTERVALS = 64  # latest intervals whose median is the period, for frames without one
+_TOLERANCE = 0.5  # periods by which a sample may deviate from the regular grid before it counts as a gap
 
 
 class SampleAssembler:
@@ -90,7 +90,7 @@ class SampleAssembler:
         self.clock = DeviceClock()
         self.missing = 0
         self._scale = volts_full_scale
-        self._steps: deque[float] = deque(maxlen=_STEPS)
+        self._steps: deque[float] = deque(maxlen=_PERIOD_INTERVALS)
         self._last_ns: int | None = None  # host time of the last sample delivered
         self._resets = 0
 

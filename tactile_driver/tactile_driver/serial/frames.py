@@ -56,7 +56,7 @@ _CHECK = struct.Struct('<H')
 _HEAD = _HEADER.size + _CHECK.size
 _TAIL = _CHECK.size + 1
 _START = 0xffff
-_LONGEST_GAP = 2**16  # frames; a longer one is a restart. Chosen
+_MAX_GAP = 2**16  # frames; a longer one is a restart
 
 
 _KINDS = {SAMPLES: 'samples', MATRIX: 'a matrix'}
@@ -100,33 +100,33 @@ class BinaryReader:
         """The frames completed by these bytes, in order."""
         buffer = self._buffer
         buffer += data
-        frames, place = [], 0
+        frames, offset = [], 0
         while True:
-            found = buffer.find(SYNC, place)
+            found = buffer.find(SYNC, offset)
             if found < 0:
                 found = len(buffer) - (buffer[-1:] == SYNC[:1])
-                self.counts.garbage += max(found - place, 0)
-                place = max(found, place)
+                self.counts.garbage += max(found - offset, 0)
+                offset = max(found, offset)
                 break
-            self.counts.garbage += found - place
-            place = found
-            size, frame = self._frame_at(place)
+            self.counts.garbage += found - offset
+            offset = found
+            size, frame = self._frame_at(offset)
             if size is None:
                 break
-            place += size
+            offset += size
             if frame is not None:
                 frames.append(frame)
-        del buffer[:place]
+        del buffer[:offset]
         return frames
 
-    def _frame_at(self, place: int) -> tuple[int | None, CountFrame | None]:
+    def _frame_at(self, offset: int) -> tuple[int | None, CountFrame | None]:
         """(bytes to skip, frame) at a sync word: (None, None) if more bytes are needed, (2, None) if there is no valid frame."""
         buffer = self._buffer
-        if len(buffer) - place < _HEAD:
+        if len(buffer) - offset < _HEAD:
             return None, None
-        head = bytes(buffer[place:place + _HEADER.size])
+        head = bytes(buffer[offset:offset + _HEADER.size])
         check = crc_hqx(head, _START)
-        if _CHECK.unpack_from(buffer, place + _HEADER.size)[0] != check:
+        if _CHECK.unpack_from(buffer, offset + _HEADER.size)[0] != check:
             self.counts.bad_crc += 1
             return len(SYNC), None
         _, kind, bits, sequence, time_us, interval_ns, rows, columns = _HEADER.unpack(head)
@@ -137,10 +137,10 @@ class BinaryReader:
             self.counts.stranger = f'{_KINDS.get(kind, f"kind {kind}")} of {shape[0]} x {shape[1]} values of {bits} bits'
             return len(SYNC), None
         size = frame_size(*shape, bits)
-        if len(buffer) - place < size:
+        if len(buffer) - offset < size:
             return None, None
-        payload = bytes(buffer[place + _HEAD:place + size - _TAIL])
-        if buffer[place + size - 1] != END or _CHECK.unpack_from(buffer, place + size - _TAIL)[0] != crc_hqx(payload, check):
+        payload = bytes(buffer[offset + _HEAD:offset + size - _TAIL])
+        if buffer[offset + size - 1] != END or _CHECK.unpack_from(buffer, offset + size - _TAIL)[0] != crc_hqx(payload, check):
             self.counts.bad_crc += 1
             return len(SYNC), None
         values = np.frombuffer(payload, '<u1' if bits == 8 else '<u2').reshape(shape)
@@ -151,13 +151,13 @@ class BinaryReader:
         self.counts.stranger = ''
         if self._last is not None:
             step = (sequence - self._last) % 2**32
-            self.counts.missing += step - 1 if 0 < step <= _LONGEST_GAP else 0
-            self.counts.resets += not 0 < step <= _LONGEST_GAP
+            self.counts.missing += step - 1 if 0 < step <= _MAX_GAP else 0
+            self.counts.resets += not 0 < step <= _MAX_GAP
         self._last = sequence
         return size, CountFrame(values, time_us, interval_ns, sequence, bits)
 
 
-_LONGEST = 256  # bytes; longer data without an end of line is discarded; chosen
+_MAX_LINE = 256  # bytes; longer data without an end of line is discarded
 _SPLIT = re.compile(rb'[,;\s]+')
 
 
@@ -186,7 +186,7 @@ class LineReader:
     def feed(self, data: bytes) -> list[CountFrame]:
         """The samples of the lines completed by these bytes, in order."""
         *lines, self._rest = (self._rest + data).split(b'\n')
-        if len(self._rest) > _LONGEST:
+        if len(self._rest) > _MAX_LINE:
             self.counts.garbage += len(self._rest)
             self._rest, self._begun = b'', False
         frames = []

@@ -20,9 +20,22 @@ _BY_ID = Path('/dev', 'serial', 'by-id')
 
 
 def find_port(wanted: str) -> str:
-    """The path of the port named by wanted: a path, a name under /dev/serial/by-id, or (part of) a USB serial number.
+    """Find a serial port.
 
-    Raises DeviceLost, listing the ports, if none or several match.
+    Parameters
+    ----------
+    wanted : str
+        Path, name under ``/dev/serial/by-id``, or USB serial number or a part of it.
+
+    Returns
+    -------
+    str
+        Path of the port.
+
+    Raises
+    ------
+    DeviceLost
+        If no port or several ports match; the message lists the ports.
     """
     path = _BY_ID / wanted  # of an absolute name that name itself
     if wanted and path.exists():
@@ -39,14 +52,32 @@ def find_port(wanted: str) -> str:
 
 
 class SerialSource(Source):
-    """values: device: see find_port; baud: bit/s. deaf_bytes: so many bytes without a frame mean that the parameters settings are wrong.
+    """Base class of the sources on serial ports.
 
-    Subclasses return a new BinaryReader or LineReader from _new_reader, and a list of the frames or blocks that have come from _poll.
-    Raises BadArgument without a device.
+    A subclass returns a new `BinaryReader` or `LineReader` from ``_new_reader``, and the received frames or blocks from ``_poll``.
+
+    Parameters
+    ----------
+    values : Mapping
+        Parameters of the driver: ``device``, see `find_port`, and ``baud`` in bit/s.
+    clock : callable
+        Clock of the stamps, in ns.
+
+    Attributes
+    ----------
+    deaf_bytes : int
+        After this number of bytes without a frame, a warning says that the parameters in `settings` are wrong.
+    settings : str
+        Names of the parameters that determine the format.
+
+    Raises
+    ------
+    BadArgument
+        If ``device`` is empty.
     """
 
     live = True
-    deaf_bytes = 4096  # chosen
+    deaf_bytes = 4096
     settings = 'baud and format'
 
     def __init__(self, values: Mapping, clock: Clock):
@@ -78,7 +109,7 @@ class SerialSource(Source):
         self._begin()
 
     def read(self, wanted: bool = True):
-        """The next frame or block. Raises NothingYet or DeviceLost."""
+        """Next frame or block; see `Source.read`."""
         self._ready = self._ready or self._poll()
         if not self._ready:
             raise NothingYet
@@ -86,7 +117,7 @@ class SerialSource(Source):
         return found if wanted else None
 
     def _received(self) -> tuple[list[CountFrame], int]:
-        """The complete frames, none after a moment without any, and when they were read, ns of the monotonic clock. Raises DeviceLost."""
+        """Complete frames, none after a moment without any, and when they were read, ns of the monotonic clock. Raises DeviceLost."""
         if self._port is None:
             raise DeviceLost(f'device: {self._values["device"]} is not open')
         try:
@@ -107,7 +138,7 @@ class SerialSource(Source):
                 port.close()
 
     def describe(self) -> dict:
-        """The port and its error counts."""
+        """Port and its error counts; see `Source.describe`."""
         counts = self._counts
         return {'path': self._path, 'device': self._path, 'baud': self._values['baud'], 'rate': 0.0,
                 'crc errors': counts.bad_crc, 'refused frames': counts.refused, 'garbage bytes': counts.garbage,

@@ -58,7 +58,7 @@ class PsdSerialSource(SerialSource):
     """A PSD finger.
 
     values: as of SerialSource, and format: one of FORMATS; adc.full_scale: of the converter, V; adc.bits: of the converter, for CSV;
-    batch_period: s; modulation: whether a fifth column tells if the finger's light is on; saturation: V, see Demodulator.
+    batch_period: s; modulation: whether a fifth column indicates that the finger's light is on; saturation: V, see Demodulator.
     """
 
     def __init__(self, values: Mapping, clock: Clock):
@@ -113,7 +113,7 @@ class PsdSimulatedSource(SceneSource):
 
     truths = ('contacts',)
     usual_rate = 1000.0
-    longest_leap = 5
+    max_catch_up = 5
     sensor = 'psd_finger'
     _open_scene = staticmethod(open_psd_scene)
 

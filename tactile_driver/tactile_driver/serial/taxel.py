@@ -19,7 +19,7 @@ from .port import SerialSource
 class TaxelSerialSource(SerialSource):
     """A taxel array. values: as of SerialSource and sent_shape."""
 
-    deaf_bytes = 65536  # chosen: some frames of the largest arrays
+    deaf_bytes = 65536  # some frames of the largest arrays
     settings = 'baud, rows and columns'
 
     def _new_reader(self) -> BinaryReader:
@@ -81,7 +81,7 @@ class TaxelSimulatedSource(SceneSource):
     """A scene of the simulated array; a step is a frame."""
 
     usual_rate = 100.0
-    longest_leap = 5
+    max_catch_up = 5
     sensor = 'taxel_array'
     _open_scene = staticmethod(open_taxel_scene)
 

@@ -270,4 +270,4 @@ def _falling(values: np.ndarray) -> str:
     if fall <= rise:
         return ''
     return (f'the sum of a frame falls by {fall:.4g} below that of the first frames and rises by {rise:.4g} above it: if pressing lowers '
-            'the values, set inverted to true; if something touches the array at the start, set reference.start to zero, or record anew')
+            'the values, set inverted to true; if something touches the array at the start, set reference.start to zero, or record again')

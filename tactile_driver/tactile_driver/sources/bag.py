@@ -93,8 +93,8 @@ class BagSource(PlayedSource):
         message, stamp, truth = content
         return replace(self._of_message(message, stamp, f'the image of {self._topic} at {stamp} ns'), truth=truth)
 
-    def _of_message(self, message, stamp: int, place: str) -> Frame | SampleBlock:
-        return frame_of(image_to_array(message, place), place, stamp)
+    def _of_message(self, message, stamp: int, label: str) -> Frame | SampleBlock:
+        return frame_of(image_to_array(message, label), label, stamp)
 
     @property
     def warning(self) -> str:
@@ -120,7 +120,7 @@ class PsdBagSource(BagSource):
 
     kinds, content = ('tactile_msgs/msg/PsdVoltages',), 'voltage'
 
-    def _of_message(self, message, stamp: int, place: str) -> SampleBlock:
+    def _of_message(self, message, stamp: int, label: str) -> SampleBlock:
         if len(message.voltages) % CHANNELS or not len(message.voltages):
             raise BadFrame(f'{len(message.voltages)} voltages at {stamp} ns; a sample has four; the message is skipped')
         volts = np.array(message.voltages, np.float32).reshape(-1, CHANNELS)
@@ -130,5 +130,5 @@ class PsdBagSource(BagSource):
 class TaxelBagSource(BagSource):
     """A rosbag2 folder or file with sensor_msgs/Image or CompressedImage in grey, of the array's rows and columns."""
 
-    def _of_message(self, message, stamp: int, place: str) -> Frame:
-        return matrix_frame(grey_to_array(message, place), sent_shape(self._values), stamp, place)
+    def _of_message(self, message, stamp: int, label: str) -> Frame:
+        return matrix_frame(grey_to_array(message, label), sent_shape(self._values), stamp, label)

@@ -14,7 +14,7 @@ from ..errors import BadFrame, DeviceLost, TactileError
 from ..frame import Frame, PairFrame
 from .source import EndOfSource, NothingYet, Source
 
-_WINDOW_S = 4.0  # span of the rate and of share_left_out; chosen
+_WINDOW_S = 4.0  # span of the rate and of share_left_out
 _RECENT = 2000  # frames: over _WINDOW_S at 500 Hz
 
 
@@ -53,11 +53,11 @@ class FrameQueue:
         return recent.count(False) / len(recent) if recent else 0.0
 
 
-RETRY_S = 0.2  # between two tries to open a device that is missing: it is back soon after it was plugged in; chosen
-_IDLE_S = 0.02  # poll period while there is nothing to read; chosen
-_RATE_WINDOW = 120  # frames over which the rate is measured; chosen
-_OTHER_SIZE_S = 0.3  # frames of another size for this long are permanent; chosen
-_LOG_AGAIN_S = 10.0  # time without bad frames after which the next one is logged; chosen
+RETRY_S = 0.2  # between two tries to open a device that is missing: it is back soon after it was plugged in
+_IDLE_S = 0.02  # poll period while there is nothing to read
+_RATE_WINDOW = 120  # frames over which the rate is measured
+_OTHER_SIZE_S = 0.3  # frames of another size for this long are permanent
+_LOG_AGAIN_S = 10.0  # time without bad frames after which the next one is logged
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class Capture:
                 what = f'a {name} of {size[0]} x {size[1]} px among frames of {first[0]} x {first[1]} px'
                 self._other_since_s = self._other_since_s or time.monotonic()
                 if self._source.live and time.monotonic() - self._other_since_s > _OTHER_SIZE_S:
-                    raise DeviceLost(f'{what}, and no others any more; the device is set up anew')
+                    raise DeviceLost(f'{what}, and no others any more; the device is opened again')
                 raise BadFrame(f'{what}; it is skipped')
         self._other_since_s = None
 

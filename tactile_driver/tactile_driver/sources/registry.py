@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sources of all drivers by name, made from a node's parameters. A process imports only the source that it uses.
+"""Tables of the sources of all drivers, by name. A process imports only the source that it uses.
 
 Other packages add sources by entry points (docs/extending.md).
 """
@@ -40,6 +40,25 @@ CAMERA_CHOICES, DUAL_CAMERA_CHOICES = (table.extended({'topics': None}) for tabl
 
 
 def make_source(sources: Sources, values: Mapping, clock: Clock) -> Source:
-    """The source of these that values['source'] names, not yet open; values: the node's parameters. Raises BadArgument, listing the names,
-    for an unknown one."""
+    """Make the source that the parameter ``source`` names; it is not open yet.
+
+    Parameters
+    ----------
+    sources : Mapping
+        Table of sources, such as ``TAXEL_SOURCES``.
+    values : Mapping
+        Parameters of the node.
+    clock : callable
+        Clock of the stamps, in ns.
+
+    Returns
+    -------
+    Source
+        The source.
+
+    Raises
+    ------
+    BadArgument
+        If the name is unknown; the message lists the names.
+    """
     return by_name(sources, values['source'], 'source')(values, clock)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What all sources share: the class, the time of stamps, recordings at their pace, scenes in real time."""
+"""What all sources share: their base class, the time of stamps, recordings played at their pace, and scenes in real time."""
 from __future__ import annotations
 
 import math
@@ -16,20 +16,34 @@ Clock = Callable[[], int]
 
 
 class EndOfSource(Exception):
-    """The recording is over; not a failure."""
+    """The recording is over. This is not an error."""
 
 
 class NothingYet(Exception):
-    """Nothing arrived for a moment; not a failure, read again."""
+    """Nothing has arrived for a moment. This is not an error: read again."""
 
 
 class Source:
-    """A sensor, live or recorded, made of its driver's parameters and its clock, which returns the time for the stamps, ns.
+    """Raw data of a sensor, live or recorded.
 
-    live: it runs whether it is read or not, and only its newest frames matter; a recording waits and loses nothing. on_demand: it has no
-    rate of its own and is read only while frames are wanted. skipped: number of frames that were due but not produced; corrupt: number of
-    unusable frames; warning: about the data, ''; note: to be logged once, ''; truths: what of ground_truth/* its frames have, known once
-    it is open.
+    A subclass is made of the driver's parameters (a mapping) and of its clock, a function that returns the time for the stamps in ns.
+
+    Attributes
+    ----------
+    live : bool
+        Whether the sensor runs whether it is read or not, so that only its newest frames matter. A recording waits and loses nothing.
+    on_demand : bool
+        Whether the source has no rate of its own and is read only while frames are wanted.
+    skipped : int
+        Number of frames that were due but not produced.
+    corrupt : int
+        Number of frames that cannot be used.
+    warning : str
+        Warning about the data; empty for none.
+    note : str
+        Text to be logged once; empty for none.
+    truths : tuple of str
+        Topics below ``ground_truth/`` for which the frames have data, known once the source is open.
     """
 
     live = on_demand = False
@@ -38,39 +52,99 @@ class Source:
     truths: tuple[str, ...] = ()
 
     def open(self) -> None:
-        """Open at the start. Raises DeviceLost, BadRecording or BadArgument; may be called again after close."""
+        """Open the source at its start; may be called again after `close`.
+
+        Raises
+        ------
+        DeviceLost
+            If the device does not exist or cannot be opened.
+        BadRecording
+            If the recording is missing, empty or unreadable.
+        BadArgument
+            If a parameter is wrong.
+        """
         raise NotImplementedError
 
     def read(self, wanted: bool = True) -> Frame | PairFrame | None:
-        """Wait for the next frame; None if it is not wanted (skipping costs less than decoding).
+        """Wait for the next frame.
 
-        Raises EndOfSource at the end of a recording, DeviceLost, NothingYet after a moment without one, or BadFrame for an unusable one.
+        Parameters
+        ----------
+        wanted : bool
+            Whether the frame is needed. Skipping a frame costs less than decoding it.
+
+        Returns
+        -------
+        Frame, PairFrame, SampleBlock or None
+            The frame; None if it is not wanted.
+
+        Raises
+        ------
+        EndOfSource
+            At the end of a recording.
+        NothingYet
+            After a moment without a frame.
+        DeviceLost
+            If the device has stopped or was unplugged.
+        BadFrame
+            If the frame cannot be used.
         """
         raise NotImplementedError
 
     def close(self) -> None:
-        """Release the device or file; does nothing if it is not open."""
+        """Release the device or file. Closing a source that is not open does nothing."""
 
     def describe(self) -> dict:
-        """Plain values for the description: device or path, serial, width, height (px), rate (Hz) and others, if known."""
+        """Describe the source, for the topic ``description``.
+
+        Returns
+        -------
+        dict
+            Plain values: device or path, serial number, width and height in px, rate in Hz, and others, as far as they are known.
+        """
         raise NotImplementedError
 
     def calibrations(self) -> tuple[CameraCalibration | None, ...]:
-        """The calibrations of its camera, or of the left and the right one, None if unknown; valid once open."""
+        """Calibrations of the cameras, valid once the source is open.
+
+        Returns
+        -------
+        tuple of CameraCalibration or None
+            Calibration of the camera, or of the left and the right camera; None where it is unknown.
+        """
         return None, None
 
     def set_controls(self, values: Mapping[str, float]) -> None:
-        """Set controls of a camera: names and values of camera.v4l2.CONTROLS; nothing elsewhere."""
+        """Set controls of a camera. Other sources ignore them.
+
+        Parameters
+        ----------
+        values : Mapping
+            Names of ``camera.v4l2.CONTROLS`` to their values.
+        """
 
 
 NS = 1_000_000_000
-_PROMPT_NS, _TRIES = 50_000, 4  # chosen: three clock reads take a few us on an idle machine
+_MAX_COMPARISON_NS, _TRIES = 50_000, 4  # three clock reads take a few us on an idle machine
 
 
 def stamp_of(captured_ns: int, clock: Clock) -> int:
-    """The stamp, ns of clock, of an event at captured_ns of time.monotonic_ns(); the clocks are compared again if the machine was busy."""
+    """Convert a time of the monotonic clock to a stamp.
+
+    Parameters
+    ----------
+    captured_ns : int
+        Time of an event on ``time.monotonic_ns()``.
+    clock : callable
+        Clock of the stamps. It is compared with the monotonic clock again if the machine was busy in between.
+
+    Returns
+    -------
+    int
+        Stamp in ns.
+    """
     compared = []
-    while not compared or (compared[-1][0] > _PROMPT_NS and len(compared) < _TRIES):
+    while not compared or (compared[-1][0] > _MAX_COMPARISON_NS and len(compared) < _TRIES):
         before, now, after = time.monotonic_ns(), clock(), time.monotonic_ns()
         compared.append((after - before, now - (before + after) // 2))
     # Simulated time stands at 0 until its first message.
@@ -78,21 +152,51 @@ def stamp_of(captured_ns: int, clock: Clock) -> int:
 
 
 def natural_key(path: Path) -> list:
-    """Sort key for natural order: frame_2 before frame_10."""
+    """Sort key for the natural order of file names.
+
+    Parameters
+    ----------
+    path : Path
+        Path of a file.
+
+    Returns
+    -------
+    list
+        The key.
+
+    Examples
+    --------
+    >>> [path.name for path in sorted(map(Path, ['frame_10', 'frame_2']), key=natural_key)]
+    ['frame_2', 'frame_10']
+    """
     return [(0, int(part), '') if part.isdigit() else (1, 0, part.lower()) for part in re.split(r'(\d+)', path.name) if part]
 
 
 def wait_until(due_ns: int) -> None:
-    """Sleep until due_ns on time.monotonic_ns()."""
+    """Sleep until a time of the monotonic clock.
+
+    Parameters
+    ----------
+    due_ns : int
+        Time on ``time.monotonic_ns()``.
+    """
     left = due_ns - time.monotonic_ns()
     if left > 0:
         time.sleep(left / NS)
 
 
 class EvenPace:
-    """Due times at a fixed rate, Hz, without drift. A caller that is late by whole periods skips them, as with a camera.
+    """Due times at a fixed rate, without drift. A caller that is late by whole periods skips them, as with a camera.
 
-    skipped: number of them.
+    Parameters
+    ----------
+    rate : float
+        Rate in Hz.
+
+    Attributes
+    ----------
+    skipped : int
+        Number of skipped periods.
     """
 
     def __init__(self, rate: float):
@@ -100,7 +204,13 @@ class EvenPace:
         self._period, self._origin = NS / rate, None
 
     def next(self) -> int:
-        """The next due time, ns of time.monotonic_ns(); does not wait."""
+        """Next due time; does not wait.
+
+        Returns
+        -------
+        int
+            Time on ``time.monotonic_ns()``.
+        """
         now = time.monotonic_ns()
         self._origin = self._origin or now
         behind = max(int((now - self._origin) / self._period) - self._count, 0)
@@ -111,9 +221,15 @@ class EvenPace:
 
 
 class PlayedSource(Source):
-    """A recording. values: path; rate: Hz, -1: as recorded, 0: as fast as consumed; loop: restart at the end.
+    """Base class of recordings. A subclass defines ``_items``, ``_recorded`` and ``_frame``.
 
-    Subclasses define _items, _recorded and _frame.
+    Parameters
+    ----------
+    values : Mapping
+        Parameters of the driver: ``path``; ``rate`` in Hz, -1 for the recorded rate and 0 for as fast as frames are consumed; ``loop``,
+        whether the recording restarts at its end.
+    clock : callable
+        Clock of the stamps, in ns.
     """
 
     def __init__(self, values: Mapping, clock: Clock):
@@ -122,24 +238,24 @@ class PlayedSource(Source):
         self._playing, self._last = None, None  # of the last frame: when it was recorded and when it was due, ns
 
     def open(self) -> None:
-        """Open the recording at its start. Raises BadRecording if it is missing, empty or unreadable."""
+        """Open the recording at its start; see `Source.open`."""
         self.close()
         self._playing, self._last = self._items(), None
 
     def _items(self) -> Iterator:
-        """What _recorded takes, from the start of the recording. Raises BadRecording."""
+        """Items for `_recorded`, from the start of the recording. Raises BadRecording."""
         raise NotImplementedError
 
     def _recorded(self, item) -> tuple[int, object]:
-        """When a frame was recorded, ns (only intervals count), and what _frame takes. Raises BadFrame."""
+        """Time at which a frame was recorded, in ns (only intervals count), and the item for `_frame`. Raises BadFrame."""
         return 0, item
 
     def _frame(self, content, due_ns: int):
-        """The frame, due at due_ns of time.monotonic_ns() (0: as fast as consumed). Raises BadFrame."""
+        """Make a frame that is due at due_ns of time.monotonic_ns(); 0: as fast as consumed. Raises BadFrame."""
         raise NotImplementedError
 
     def read(self, wanted: bool = True):
-        """The next frame, made ahead and returned when it is due; None if not wanted. Raises EndOfSource, or BadFrame."""
+        """Next frame, made ahead and returned when it is due; see `Source.read`."""
         item = next(self._playing, None) if self._playing is not None else None
         if item is None and self._playing is not None and self._loop:
             self._playing = self._items()
@@ -153,11 +269,11 @@ class PlayedSource(Source):
         return frame
 
     def _due(self, recorded_ns: int) -> int:
-        """The due time of a frame, ns of time.monotonic_ns(). Where stamps jump, or the node was paused, time goes on from now."""
+        """Due time of a frame, ns of time.monotonic_ns(). Where stamps jump, or the node was paused, time continues from now."""
         now, due = time.monotonic_ns(), -math.inf
         if self._last is not None:
             step = NS / self.rate if self.rate > 0 else recorded_ns - self._last[0]
-            due = self._last[1] + step if 0 <= step <= _LONGEST_GAP_NS else due
+            due = self._last[1] + step if 0 <= step <= _MAX_GAP_NS else due
         due = due if now - due < _LATE_NS else now
         self._last = recorded_ns, due
         return round(due)
@@ -167,26 +283,43 @@ class PlayedSource(Source):
         self._playing = None
 
     def describe(self) -> dict:
-        """The path and the rate, Hz (-1: as recorded)."""
+        """Path, rate in Hz (-1: as recorded), and whether the recording restarts; see `Source.describe`."""
         return {'path': str(self._path), 'rate': self.rate, 'loop': self._loop}
 
 
-_LONGEST_GAP_NS, _LATE_NS = 5 * NS, NS // 10  # chosen
+# A longer gap between stamps is a pause; a frame later than the second is due now.
+_MAX_GAP_NS, _LATE_NS = 5 * NS, NS // 10
 
 
 class SceneSource(Source):
-    """A scene of a simulated sensor in real time, again from its start when it is over.
+    """Scene of a simulated sensor in real time. It restarts when it is over, and pauses while it is not wanted.
 
-    values: scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen. count: steps of the scene per read. The scene
-    stands still while it is not wanted. Raises BadArgument for a rate of 0. Subclasses define sensor, its type; _open_scene(name, rate,
-    seed); _make(number), which computes count steps of the scene from that one on; and _handed_over(made, due_ns), what was made as the
-    source's data, due at due_ns of the monotonic clock.
+    A subclass defines ``sensor``, the sensor type; ``_open_scene(name, rate, seed)``; ``_make(number)``, which computes ``count`` steps of
+    the scene from a step on; and ``_handed_over(made, due_ns)``, which returns them as data of the source, due at a time of the monotonic
+    clock.
+
+    Parameters
+    ----------
+    values : Mapping
+        Parameters of the driver: ``scene``, its name; ``rate`` in Hz, -1 for `usual_rate`; ``seed`` of the noise and the specimen.
+    clock : callable
+        Clock of the stamps, in ns.
+
+    Attributes
+    ----------
+    count : int
+        Steps of the scene that one `read` returns.
+
+    Raises
+    ------
+    BadArgument
+        If the rate is 0.
     """
 
     truths = ('tip', 'contacts', 'contact_region', 'slip', 'wrench')
     live = True
     usual_rate = 30.0
-    longest_leap = 2  # steps caught up at once; chosen: computing more would delay the next one
+    max_catch_up = 2  # steps computed at once after a delay; more would delay the next step
     count = 1
     sensor = ''
 
@@ -198,23 +331,23 @@ class SceneSource(Source):
 
     @property
     def skipped(self) -> int:
-        """Number of steps that were skipped because computing was late."""
+        """Number of steps that were skipped because their computation was late."""
         return self._pace.skipped * self.count if self._pace else 0
 
     def open(self) -> None:
-        """Open the scene at its start. Raises BadArgument, listing the scenes, for an unknown one."""
+        """Open the scene at its start. For an unknown scene, `BadArgument` lists the scenes."""
         self._scene = self._open_scene(self._values['scene'], self.rate, self._values['seed'])
         self._pace, self._number = EvenPace(self.rate / self.count), 0
 
     def read(self, wanted: bool = True):
-        """The next step, computed ahead and returned when due; None if it is not wanted."""
+        """Next step, computed ahead and returned when it is due; see `Source.read`."""
         skipped = self._pace.skipped
         due = self._pace.next()
         if not wanted:
             wait_until(due)
             return None
         # Skipped steps have to be computed too: catching up fully after a long stall would cause the next stall.
-        self._number += self.count * min(self._pace.skipped - skipped, self.longest_leap)
+        self._number += self.count * min(self._pace.skipped - skipped, self.max_catch_up)
         made = self._make(self._number)
         self._number += self.count
         self._compute_ahead(due)
@@ -222,16 +355,27 @@ class SceneSource(Source):
         return self._handed_over(made, due)
 
     def close(self) -> None:
-        """Drop the scene."""
+        """Close the scene."""
         self._scene = None
 
     def describe(self) -> dict:
-        """The scene, its seed and rate."""
+        """Scene, seed and rate in Hz; see `Source.describe`."""
         return {'device': f'simulated {self.sensor}', 'scene': self._values['scene'], 'seed': self._values['seed'], 'rate': self.rate}
 
     def stamp(self, due_ns: int) -> int:
-        """The stamp, ns, of what was due at due_ns of the monotonic clock."""
+        """Stamp of what was due at a time of the monotonic clock.
+
+        Parameters
+        ----------
+        due_ns : int
+            Time on ``time.monotonic_ns()``.
+
+        Returns
+        -------
+        int
+            Stamp in ns.
+        """
         return stamp_of(due_ns, self._clock)
 
     def _compute_ahead(self, due_ns: int) -> None:
-        """Use the time until due_ns of the monotonic clock for later steps; nothing where each step takes the same time."""
+        """Use the time until due_ns of the monotonic clock for later steps; does nothing where each step takes the same time."""

@@ -14,7 +14,7 @@ import yaml
 from ..errors import BadArgument
 from ..lens import undistorted
 
-LARGEST_SIDE = 8192  # px, largest width and height of an image; chosen
+LARGEST_SIDE = 8192  # px, largest width and height of an image
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Stitching:
 
     def poses(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Rotation vector (3,) and translation (3,), m, from the sensor frame to the frames of the left and the right camera, and, as '',
-        of the stitched picture: between both, upright; empty where the cameras' places are not known."""
+        of the stitched image: between both, upright; empty where the positions of the cameras are not known."""
         if not np.isfinite(self.camera_centres).all():
             return {}
         return {'left': self.left.pose(), 'right': self.right.pose(), '': (np.zeros(3), -self.camera_centres.mean(axis=0))}
@@ -105,45 +105,45 @@ def _side_to_dict(side: SideView) -> dict:
     return {'size': [int(n) for n in side.size], **numbers, **camera_centre, 'gain': float(side.gain)}
 
 
-def stitching_from_dict(numbers: Mapping, place: str) -> Stitching:
-    """The inverse of to_dict; place: names the source in error messages. Raises BadArgument for missing, non-finite or invalid values."""
-    sides = [_side_from_dict(_part(numbers, name, place), f'{place}.{name}') for name in ('left', 'right')]
-    scale, seam = float(_array(numbers, 'scale', (), place)), float(_array(numbers, 'seam', (), place))
-    size, cut = _size(numbers, place), tuple(_array(numbers, 'cut', (2,), place).tolist())
+def stitching_from_dict(numbers: Mapping, label: str) -> Stitching:
+    """Inverse of to_dict; label: name of the source in error messages. Raises BadArgument for missing, non-finite or invalid values."""
+    sides = [_side_from_dict(_part(numbers, name, label), f'{label}.{name}') for name in ('left', 'right')]
+    scale, seam = float(_array(numbers, 'scale', (), label)), float(_array(numbers, 'seam', (), label))
+    size, cut = _size(numbers, label), tuple(_array(numbers, 'cut', (2,), label).tolist())
     if scale <= 0 or not 0 <= seam < size[0] - 1 or not all(0 < c < side.size[0] for c, side in zip(cut, sides)):
-        raise BadArgument(f'{place}: scale {scale} px/m, seam {seam} px and cut {cut} px do not fit the sizes; run calibrate again')
-    return Stitching(*sides, size, scale, _array(numbers, 'origin', (2,), place), seam, cut)
+        raise BadArgument(f'{label}: scale {scale} px/m, seam {seam} px and cut {cut} px do not fit the sizes; run calibrate again')
+    return Stitching(*sides, size, scale, _array(numbers, 'origin', (2,), label), seam, cut)
 
 
-def _side_from_dict(numbers: Mapping, place: str) -> SideView:
-    matrix, distortion = _array(numbers, 'matrix', (3, 3), place), _array(numbers, 'distortion', (5,), place)
-    homography, gain = _array(numbers, 'homography', (3, 3), place), float(_array(numbers, 'gain', (), place))
-    camera_centre = _array(numbers, 'camera_centre', (3,), place) if 'camera_centre' in numbers else np.full(3, np.nan)
+def _side_from_dict(numbers: Mapping, label: str) -> SideView:
+    matrix, distortion = _array(numbers, 'matrix', (3, 3), label), _array(numbers, 'distortion', (5,), label)
+    homography, gain = _array(numbers, 'homography', (3, 3), label), float(_array(numbers, 'gain', (), label))
+    camera_centre = _array(numbers, 'camera_centre', (3,), label) if 'camera_centre' in numbers else np.full(3, np.nan)
     if min(matrix[0, 0], matrix[1, 1], gain) <= 0 or abs(np.linalg.det(homography)) < 1e-12:
-        raise BadArgument(f'{place}: focal lengths and gain must be above 0 and the homography regular; run calibrate again')
-    return SideView(_size(numbers, place), matrix, distortion, homography, camera_centre, gain)
+        raise BadArgument(f'{label}: focal lengths and gain must be above 0 and the homography regular; run calibrate again')
+    return SideView(_size(numbers, label), matrix, distortion, homography, camera_centre, gain)
 
 
-def _part(numbers: Mapping, name: str, place: str):
+def _part(numbers: Mapping, name: str, label: str):
     if not isinstance(numbers, Mapping) or name not in numbers:
-        raise BadArgument(f'{place}: no {name}; run calibrate again on an untouched pair')
+        raise BadArgument(f'{label}: no {name}; run calibrate again on an untouched pair')
     return numbers[name]
 
 
-def _array(numbers: Mapping, name: str, shape: tuple, place: str) -> np.ndarray:
+def _array(numbers: Mapping, name: str, shape: tuple, label: str) -> np.ndarray:
     try:
-        values = np.asarray(_part(numbers, name, place), float)
+        values = np.asarray(_part(numbers, name, label), float)
     except (TypeError, ValueError):
         values = np.full(1, np.nan)
     if values.shape != shape or not np.isfinite(values).all():
-        raise BadArgument(f'{place}.{name} must be {shape or "one"} finite numbers, got {numbers[name]!r}; run calibrate again')
+        raise BadArgument(f'{label}.{name} must be {shape or "one"} finite numbers, got {numbers[name]!r}; run calibrate again')
     return values
 
 
-def _size(numbers: Mapping, place: str) -> tuple[int, int]:
-    width, height = _array(numbers, 'size', (2,), place).tolist()
+def _size(numbers: Mapping, label: str) -> tuple[int, int]:
+    width, height = _array(numbers, 'size', (2,), label).tolist()
     if not (2 <= width <= LARGEST_SIDE and 2 <= height <= LARGEST_SIDE):
-        raise BadArgument(f'{place}.size is {width} x {height} px, must be 2 to {LARGEST_SIDE}; run calibrate again')
+        raise BadArgument(f'{label}.size is {width} x {height} px, must be 2 to {LARGEST_SIDE}; run calibrate again')
     return int(width), int(height)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import BadArgument, BadFrame, by_name
 from .calibration import SideView, Stitching
 
-_BAND = 64  # rows remapped at once, so that they stay in the processor's cache; chosen
+_BAND = 64  # rows remapped at once, so that they stay in the processor's cache
 
 
 class MiddleStitcher:
@@ -53,8 +53,8 @@ class PlaneStitcher:
         """The stitched image of two, either of which may be None."""
         picture = _empty_picture((left, right), [side.size for side in self._sides], self.size)
         for image, side, bands in zip((left, right), self._sides, self._bands):
-            for place, maps in bands if image is not None else ():
-                part = picture[place]
+            for band, maps in bands if image is not None else ():
+                part = picture[band]
                 cv2.remap(image, *maps, cv2.INTER_LINEAR, part, cv2.BORDER_CONSTANT)
                 if side.gain != 1.0:
                     cv2.convertScaleAbs(part, part, side.gain)

@@ -181,7 +181,7 @@ def test_pictures_with_noise_are_in_order(watched):
 def test_the_same_picture_again_and_again_is_reported_until_another_comes(watched):
     same = picture()
     reported = [watched(same, 0.1 * k) for k in range(30)]
-    assert reported[:10] == [''] * 10 and reported[-1].startswith('the camera has repeated one picture for 2.9 s')
+    assert reported[:10] == [''] * 10 and reported[-1].startswith('the camera has sent the same image for 2.9 s')
     assert watched(picture(), 3.0) == ''
 
 

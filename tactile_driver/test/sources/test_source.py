@@ -142,7 +142,7 @@ def test_after_a_stall_only_a_few_steps_are_leapt_over_and_all_are_counted(now):
     source = opened()
     source.read()
     now[0] += NS // 10
-    assert source.read()[0] == 1 + source.longest_leap and source.skipped == 19
+    assert source.read()[0] == 1 + source.max_catch_up and source.skipped == 19
 
 
 def test_no_rate_is_refused():

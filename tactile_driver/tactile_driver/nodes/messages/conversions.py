@@ -43,9 +43,9 @@ def stamp_ns_of(header: Header) -> int:
     return stamp.sec * NS + stamp.nanosec
 
 
-def frame_of_message(message: Image | CompressedImage, place: str) -> Frame:
-    """The Frame of an image message; place: its name in error messages. Raises BadFrame if the message holds no valid image."""
-    return frame_of(image_to_array(message, place), place, stamp_ns_of(message.header))
+def frame_of_message(message: Image | CompressedImage, label: str) -> Frame:
+    """The Frame of an image message; label: its name in error messages. Raises BadFrame if the message holds no valid image."""
+    return frame_of(image_to_array(message, label), label, stamp_ns_of(message.header))
 
 
 def image_to_message(frame: Frame, encoding: str, header: Header) -> Image:
@@ -68,7 +68,7 @@ def calibration_to_message(calibration: CameraCalibration, header: Header | None
 
 
 def point(values: np.ndarray) -> Point:
-    """A place (3,), m."""
+    """A label (3,), m."""
     x, y, z = map(float, values)
     return Point(x=x, y=y, z=z)
 

@@ -20,7 +20,7 @@ from ...simulation.truth import Touch, TruthFrame
 from .conversions import point, polygon, quaternion_of, stamp_ns_of, vector
 
 _NAN = float('nan')
-_SAME_TOUCH = 5e-3  # m between frames; chosen
+_MAX_CONTACT_STEP = 5e-3  # m between frames; a contact that moves further gets a new id
 #: Name of a topic under ground_truth/ -> its type.
 TRUTH = {'tip': PointStamped, 'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
 #: a block of samples has several
@@ -28,18 +28,18 @@ _QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=Reliab
 
 
 class TouchNumbers:
-    """Numbers touches: the touch nearest to a previous one, within 5 mm, keeps its number."""
+    """Ids of contacts: the contact nearest to a previous one, within 5 mm, keeps its id."""
 
     def __init__(self):
         self._last: dict[int, np.ndarray] = {}
         self._next = 0
 
     def assign(self, touches: list[Touch]) -> list[int]:
-        """One number for each touch of a frame."""
+        """One id for each contact of a frame."""
         free, numbers = dict(self._last), []
         for touch in touches:
             best = min(free, key=lambda k: np.linalg.norm(free[k] - touch.position), default=None)
-            if best is None or np.linalg.norm(free[best] - touch.position) > _SAME_TOUCH:
+            if best is None or np.linalg.norm(free[best] - touch.position) > _MAX_CONTACT_STEP:
                 best, self._next = self._next, self._next + 1
             free.pop(best, None)
             numbers.append(best)
@@ -48,7 +48,7 @@ class TouchNumbers:
 
 
 def contacts_message(touches: list[Touch], numbers: list[int], header: Header) -> Contacts:
-    """The separate touches."""
+    """Message of the separate contacts."""
     return Contacts(header=header, contacts=[
         Contact(id=n, position=point(t.position), normal=vector(t.normal), depth=float(t.depth), force=float(t.force))
         for n, t in zip(numbers, touches)])

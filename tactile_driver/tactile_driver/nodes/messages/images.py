@@ -36,26 +36,26 @@ _ENDS = {b'\x89PNG\r\n\x1a\n': b'IEND\xaeB`\x82', b'\xff\xd8\xff': b'\xff\xd9'} 
 
 
 def message_type(kind: type, topic: str) -> type:
-    """CompressedImage in place of Image for a topic named .../compressed, as image_transport names it; any other kind unchanged."""
+    """CompressedImage in label of Image for a topic named .../compressed, as image_transport names it; any other kind unchanged."""
     return CompressedImage if kind is Image and topic.endswith(COMPRESSED) else kind
 
 
-def image_to_array(message: Image | CompressedImage, place: str = 'image') -> np.ndarray:
+def image_to_array(message: Image | CompressedImage, label: str = 'image') -> np.ndarray:
     """(H, W, 3) uint8 BGR for a colour image, (H, W) uint8 for a grey one.
 
-    place: names the image in error messages. Raises BadFrame for an encoding, a size or bytes that make no image.
+    label: names the image in error messages. Raises BadFrame for an encoding, a size or bytes that make no image.
     """
-    pixels = _decompressed(message, place) if hasattr(message, 'format') else _decoded(message, place, PICTURES)
+    pixels = _decompressed(message, label) if hasattr(message, 'format') else _decoded(message, label, PICTURES)
     return cv2.convertScaleAbs(pixels, alpha=_TO_8_BITS) if pixels.dtype == np.uint16 else pixels
 
 
-def grey_to_array(message: Image | CompressedImage, place: str = 'image') -> np.ndarray:
+def grey_to_array(message: Image | CompressedImage, label: str = 'image') -> np.ndarray:
     """(H, W) uint8 or uint16 of a grey image, all its bits. Raises BadFrame as image_to_array does, and for colour."""
     if not hasattr(message, 'format'):
-        return _decoded(message, place, GREY)
-    pixels = _decompressed(message, place)
+        return _decoded(message, label, GREY)
+    pixels = _decompressed(message, label)
     if pixels.ndim != 2:
-        raise BadFrame(f'{place}: a compressed image in colour is not supported; the driver has to publish a grey one')
+        raise BadFrame(f'{label}: a compressed image in colour is not supported; the driver has to publish a grey one')
     return pixels
 
 
@@ -68,19 +68,19 @@ def array_to_image(pixels: np.ndarray, encoding: str, header: Header) -> Image:
     return message
 
 
-def _decoded(message: Image, place: str, usable: Collection[str]) -> np.ndarray:
+def _decoded(message: Image, label: str, usable: Collection[str]) -> np.ndarray:
     """BGR or grey pixels, uint8 or uint16, of an Image in one of the usable encodings."""
     height, width, step, encoding = message.height, message.width, message.step, message.encoding
     if encoding not in usable:
-        raise BadFrame(f'{place}: encoding {encoding[:40]!r} is not supported; the driver has to publish one of {", ".join(usable)}')
+        raise BadFrame(f'{label}: encoding {encoding[:40]!r} is not supported; the driver has to publish one of {", ".join(usable)}')
     read_as, conversion = _BY_OPENCV.get(encoding, (encoding, None))
     depth, channels = _BRIDGE.encoding_to_dtype_with_channels(read_as)
     row = width * channels * np.dtype(depth).itemsize
     if height * step != len(message.data) or step < row or not height * width:
-        raise BadFrame(f'{place}: {height} rows of {step} bytes, {width} {encoding} each, do not make the {len(message.data)} bytes of '
+        raise BadFrame(f'{label}: {height} rows of {step} bytes, {width} {encoding} each, do not make the {len(message.data)} bytes of '
                        'data; the frame is cut')
     if encoding.startswith('yuv') and width % 2:
-        raise BadFrame(f'{place}: {encoding} of odd width {width}; two pixels share their colour, the driver has to publish both')
+        raise BadFrame(f'{label}: {encoding} of odd width {width}; two pixels share their colour, the driver has to publish both')
     # PyPI's cv_bridge takes no padded rows, and no version of it takes big-endian data with NumPy 2.
     rows = np.frombuffer(message.data, np.uint8).reshape(height, step)[:, :row]
     if message.is_bigendian and depth == 'uint16':
@@ -90,22 +90,22 @@ def _decoded(message: Image, place: str, usable: Collection[str]) -> np.ndarray:
         pixels = _BRIDGE.imgmsg_to_cv2(plain, 'bgr8' if encoding in _TO_BGR else 'passthrough')
         return pixels if conversion is None else cv2.cvtColor(pixels, conversion)
     except Exception as error:  # of a type that depends on the version of cv_bridge
-        raise BadFrame(f'{place}: cv_bridge cannot convert {width} x {height} {encoding}: {error}') from error
+        raise BadFrame(f'{label}: cv_bridge cannot convert {width} x {height} {encoding}: {error}') from error
 
 
-def _decompressed(message: CompressedImage, place: str) -> np.ndarray:
+def _decompressed(message: CompressedImage, label: str) -> np.ndarray:
     """BGR or grey pixels, uint8 or uint16, of a JPEG or PNG image, whatever message.format says."""
     data = bytes(message.data)
     end = next((end for head, end in _ENDS.items() if data.startswith(head)), None)
     if end is None:
-        raise BadFrame(f'{place}: {len(data)} bytes of a compressed image are neither JPEG nor PNG; set image_transport to one of both')
+        raise BadFrame(f'{label}: {len(data)} bytes of a compressed image are neither JPEG nor PNG; set image_transport to one of both')
     if not data.rstrip(b'\0').endswith(end):  # some cameras pad a JPEG with zeros
-        raise BadFrame(f'{place}: a compressed image ends within its {len(data)} bytes; the frame is cut')
+        raise BadFrame(f'{label}: a compressed image ends within its {len(data)} bytes; the frame is cut')
     try:
         # As Jazzy's cv_bridge decodes it; PyPI's reduces it to 8 bits.
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error as error:
-        raise BadFrame(f'{place}: OpenCV cannot decode it: {error}') from error
+        raise BadFrame(f'{label}: OpenCV cannot decode it: {error}') from error
     if pixels is None:
-        raise BadFrame(f'{place}: {len(data)} bytes of a compressed image cannot be decoded; it is skipped')
+        raise BadFrame(f'{label}: {len(data)} bytes of a compressed image cannot be decoded; it is skipped')
     return cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR) if pixels.ndim == 3 and pixels.shape[2] == 4 else pixels

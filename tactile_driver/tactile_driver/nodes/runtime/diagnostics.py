@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from .ros_defaults import steady_timer
 
-_CALM_S = 1.0  # chosen
+_CALM_S = 1.0
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 

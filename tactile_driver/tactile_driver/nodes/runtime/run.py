@@ -24,8 +24,8 @@ from rclpy.signals import SignalHandlerOptions
 from ...errors import TactileError
 
 #: exit code after a wrong argument: a restart would fail again
-WRONG = 2
-#: s, chosen: with Python's default of 5 ms a thread with a frame to publish waits for the one that reads or renders the next
+EXIT_FAILURE = 2
+#: s: with Python's default of 5 ms a thread with a frame to publish waits for the one that reads or renders the next
 _SWITCH_S = 5e-4
 #: s that ending may take before the process says where it hangs and exits with code 1; launch kills it 15 s after Ctrl-C
 _ENDS_S = 12.0
@@ -41,7 +41,7 @@ def make_room_for_images() -> None:
 
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Spin the node that make() returns until SIGINT or SIGTERM; the exit code: 0, or WRONG after a TactileError.
+    """Spin the node that make() returns until SIGINT or SIGTERM; the exit code: 0, or EXIT_FAILURE after a TactileError.
 
     The node's destroy_node() has to release its resources.
     """
@@ -89,7 +89,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
         pass
     except TactileError as error:
         get_logger('tactile').fatal(str(error))
-        return WRONG
+        return EXIT_FAILURE
     finally:
         for node in nodes:
             node.destroy_node()

@@ -9,7 +9,7 @@ import numpy as np
 
 from .elements import Material, Response
 
-#: Rounds in which pressure and friction are fitted to each other, and in which sticking is decided; chosen: more change forces by 0.2 %.
+#: Rounds in which pressure and friction are fitted to each other, and in which sticking is decided; more change forces by 0.2 %.
 _ROUNDS, _SORTINGS = 3, 8
 
 

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 
 #: Thicknesses: radius of the meshed disc, whose border is held; chosen.
 _WIDE = 9.0
-#: Growth of the elements away from the load, and their largest size in thicknesses; chosen: half of both changes nothing by 0.3 %.
+#: Growth of the elements away from the load, and their largest size in thicknesses; half of both changes nothing by 0.3 %.
 _GROWTH, _LARGEST = 1.14, 0.25
 #: Places and weights of Gauss's rule with three points on [-1, 1].
 _GAUSS = list(zip(*np.polynomial.legendre.leggauss(3)))

@@ -114,7 +114,7 @@ def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep:
     return found
 
 
-#: m/s: points slower than this relative to the tool stick; chosen: 10 um per frame at 30 frames/s.
+#: m/s: points slower than this relative to the tool stick; 10 um per frame at 30 frames/s.
 SLIP_SPEED = 0.3e-3
 
 

@@ -24,7 +24,7 @@ UNTOUCHED = 1.5
 STARTING = 4.0
 #: m and s: height above the skin from which a tool approaches, and duration of approach and retreat; chosen.
 _ABOVE, _COMING = -0.0015, 0.25
-#: Largest offset of two exposures, in frame periods; chosen: below one half, so that exposures of the same number are the nearest ones.
+#: Largest offset of two exposures, in frame periods; below one half, so that exposures of the same number are the nearest ones.
 _MOST = 0.45
 
 

@@ -25,8 +25,8 @@ _ROWS = _COLUMNS = 17
 _PITCH, _RADIUS = 0.0140, 0.0046
 #: m: largest distance of a circle from the top, along the skin; chosen.
 _PRINTED = 0.118
-#: Node spacings that a tip moves at most in one step of contact; chosen: a press in two frames leaves markers up to 0.08 mm off, with 0.95
-#: up to 0.42. And when a step has settled; chosen: with the usual 0.005 and 6, the skin under a tip that stands still went on moving, which
+#: Node spacings that a tip moves at most in one step of contact; a press in two frames leaves markers up to 0.08 mm off, with 0.95
+#: up to 0.42. And when a step has settled; with the usual 0.005 and 6, the skin under a tip that stands still went on moving, which
 #: looked like a tip that moves by up to 3 mm.
 _STEP, _SETTLED, _LINEARISATIONS = 0.25, 0.001, 20
 _SPEED = 0.08  # m/s of the zones' stage: at 20 frames/s, circles overlap themselves from frame to frame

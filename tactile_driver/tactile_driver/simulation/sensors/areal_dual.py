@@ -22,7 +22,7 @@ _LAMPS = Lamps(tuple((x, y, -0.042) for x in (-0.088, 0.086) for y in (-0.036, 0
                (95.0, 110.0, 88.0, 120.0, 100.0, 92.0), 0.060, 85.0, SHEET_COLOUR)
 _IMAGING = Imaging(blur=0.9, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=2.0, stop=0.05)
 _DISTORTION = (-0.04, 0.005, 2e-4, 3e-4, 0.0)
-_OFF_CENTRE = 0.0292  # m, along x, from the centre of the sheet to each camera; chosen
+_OFF_CENTRE = 0.0292  # m, along x, from the centre of the sheet to each camera
 #: Exposure of the right camera relative to the left one; chosen.
 _EXPOSURE = 1.2
 #: Cameras without a trigger: the right one is 6 ms earlier to 12 ms later than the left one; as USB cameras of 30 Hz may be. Chosen.

@@ -25,14 +25,14 @@ from ..optics.rendering import Imaging, Renderer
 from ..skin.surfaces import Sheet
 from ..truth import NON_CONTACT, SLIPPING, STICKING, FramesInOrder, SimulatedFrame, Touch, TruthFrame, slip_state_of
 
-#: The gel as made; chosen: silicone, the size and stiffness of a fingertip's.
+#: The gel as made; silicone, the size and stiffness of a fingertip's.
 MATERIAL = Material(thickness=4.0e-3, depth=0.4e-3, young=0.22e6, poisson=0.48)
 #: px of the native image; m, from the camera to the surface, over whose axis the frame's origin is; chosen.
 FOCAL, DISTANCE = 760.0, 0.0230
 PITCH, ROWS, COLUMNS = 1.5e-3, 9, 12
 _HALF = (0.012, 0.009)  # m, of the gel that the camera sees
-_DOT = 0.24e-3  # m, radius; chosen
-_STEP = 0.10e-3  # m, that an object moves in one step of contact; chosen: half of it changes forces by 1 %
+_DOT = 0.24e-3  # m, radius
+_STEP = 0.10e-3  # m, that an object moves in one step of contact; half of it changes forces by 1 %
 #: m, distance of neighbouring pins, and their length; rings of pins around the one in the middle: 127 pins. Chosen.
 SPACING, LENGTH, RINGS = 1.35e-3, 1.0e-3, 6
 _TILT = 1e-5  # m, over which the skin's slope is taken
@@ -68,7 +68,7 @@ class GelScene(FramesInOrder[TruthFrame]):
         self._known: list[TruthFrame] = []
         self._at = self._keys[0, 1:]
         sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 50.0, 1.3, 1e-4, 33)
-        angle = rng.uniform(0, 2 * np.pi)  # of an LED beside the gel; chosen: the brightest place is twice as bright as the darkest
+        angle = rng.uniform(0, 2 * np.pi)  # of an LED beside the gel; the brightest place is twice as bright as the darkest
         light = Lamps(((0.03 * np.cos(angle), 0.03 * np.sin(angle), -0.03),), (100.0,), 0.042, 55.0, (0.97, 1.0, 0.94), exposure=1.0)
         self._renderer = Renderer(sheet, self.camera, light, Imaging(blur=1.0, read_noise=1.2, shot_noise=0.02, ink=0.8), seed)
         self._shape = sheet.coarse(sheet.rest)

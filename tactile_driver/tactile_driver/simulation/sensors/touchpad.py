@@ -17,8 +17,8 @@ from ..skin.surfaces import Membrane
 from ..skin.tools import Key
 
 ROWS = COLUMNS = 23
-_FOCAL = 688.0  # px, of the native image; chosen
-_DISTANCE = 0.0400  # m, from the camera to the rim plane; chosen
+_FOCAL = 688.0  # px, of the native image
+_DISTANCE = 0.0400  # m, from the camera to the rim plane
 
 
 def touchpad_camera(width: int = 640) -> SimulatedCamera:

@@ -15,7 +15,7 @@ from ...plugins import PluginTable
 from ..truth import NO_SLIP, Touch, TruthFrame, slip_state_of
 from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad
 
-STEP_S = 0.01  # step of the object's motion, small against the pitch of the places; chosen
+STEP_S = 0.01  # step of the object's motion, small against the pitch of the places
 _ROUNDING = 1e-6  # steps: the times of two frames are rounded, which must not add a step
 
 
