@@ -23,7 +23,7 @@ from launch_ros.actions import Node
 
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame_names import sensor_frame
-from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.nodes.runtime.run import EXIT_FAILURE
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.parameters.file import check_sections, read_parameters
 from tactile_perception.sensor_type import NODES, SENSOR_TYPES
@@ -86,7 +86,7 @@ class Playing:
 
 def end_if_wrong(event: ProcessExited, context: LaunchContext) -> None:
     """End the launch when a process exits because of a wrong parameter or file. Raises BadArgument, with which launch fails."""
-    if event.returncode == WRONG and not context.is_shutdown:
+    if event.returncode == EXIT_FAILURE and not context.is_shutdown:
         raise BadArgument(f'{event.process_name}: what it was given is wrong, see above')
 
 

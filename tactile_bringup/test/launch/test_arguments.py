@@ -35,7 +35,7 @@ from tactile_bringup.launch.arguments import (
 from tactile_bringup.launch.hand import hand_actions, hand_arguments, planned_sensor, sensor_values
 from tactile_bringup.launch.recorded import bag_of, recorded_topics
 from tactile_driver.errors import BadArgument, BadRecording
-from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.nodes.runtime.run import EXIT_FAILURE
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.sensor_type import SENSOR_TYPES
@@ -217,7 +217,7 @@ def test_a_launch_ends_with_the_last_of_its_recordings():
     assert 'is over' in notes([line])[0] and isinstance(end, Shutdown)
 
 
-@pytest.mark.parametrize(('code', 'said'), [(-11, 'thumb-1: died with exit code -11'), (WRONG, 'wrong')])
+@pytest.mark.parametrize(('code', 'said'), [(-11, 'thumb-1: died with exit code -11'), (EXIT_FAILURE, 'wrong')])
 def test_a_process_that_dies_while_it_plays_a_recording_ends_the_launch(code, said):
     event = SimpleNamespace(returncode=code, process_name='thumb-1')
     with pytest.raises(BadArgument, match=said):
@@ -228,8 +228,8 @@ def test_a_process_that_dies_while_it_plays_a_recording_ends_the_launch(code, sa
 def test_what_is_wrong_ends_the_launch_and_what_dies_does_not():
     running, closing = SimpleNamespace(is_shutdown=False), SimpleNamespace(is_shutdown=True)
     with pytest.raises(BadArgument, match='thumb-1'):
-        end_if_wrong(SimpleNamespace(returncode=WRONG, process_name='thumb-1'), running)
-    end_if_wrong(SimpleNamespace(returncode=WRONG, process_name='thumb-1'), closing)
+        end_if_wrong(SimpleNamespace(returncode=EXIT_FAILURE, process_name='thumb-1'), running)
+    end_if_wrong(SimpleNamespace(returncode=EXIT_FAILURE, process_name='thumb-1'), closing)
     end_if_wrong(SimpleNamespace(returncode=-9, process_name='thumb-1'), running)
 
 

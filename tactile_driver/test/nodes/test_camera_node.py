@@ -23,7 +23,7 @@ from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.frame import CameraCalibration, load_calibration
 from tactile_driver.nodes.camera_node import CameraNode
 from tactile_driver.nodes.messages.conversions import header_of
-from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.nodes.runtime.run import EXIT_FAILURE
 from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.sources.registry import CAMERA_SOURCES
 
@@ -147,7 +147,7 @@ def test_a_missing_device_is_reported_and_does_not_end_the_node(watcher, start, 
 def test_nonsense_is_named_once_and_ends_it(start):
     process = start(rate='abc', width=-5, source='nonsense')
     log = process.communicate(timeout=60)[1]
-    assert process.returncode == WRONG
+    assert process.returncode == EXIT_FAILURE
     for part in ("parameter rate is 'abc'", 'parameter width is -5', '0 to 8192 px', "parameter source is 'nonsense'"):
         assert log.count(part) == 1
 

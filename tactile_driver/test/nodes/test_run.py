@@ -83,7 +83,7 @@ atexit.register(threading.Event().wait)
 
 @pytest.mark.full
 @pytest.mark.parametrize(('error', 'code', 'traceback'), [("RuntimeError('no such thing')", 1, True),
-                                                          ("BadArgument('path: no such thing')", run.WRONG, False)])
+                                                          ("BadArgument('path: no such thing')", run.EXIT_FAILURE, False)])
 def test_an_exception_while_it_spins_ends_the_process_and_what_was_given_and_is_wrong_in_one_line(error, code, traceback):
     failing = PROGRAM.replace("print('up', flush=True)", f"""self.create_timer(0.05, self.fail)
 
@@ -126,7 +126,7 @@ def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made
         yield Named('first')
         yield Named('second')
         raise BadArgument('third: its calibration is missing')
-    assert run.run_nodes(make, []) == run.WRONG
+    assert run.run_nodes(make, []) == run.EXIT_FAILURE
     assert gone == ['first', 'second']
     assert 'third: its calibration is missing' in capfd.readouterr().err
 
