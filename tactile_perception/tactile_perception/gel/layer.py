@@ -9,19 +9,31 @@ import numpy as np
 
 from ..errors import BadArgument
 
-_REACH = 8.0  # thicknesses: farther away a load on a bonded layer moves nothing. Property: the slowest decay is exp(-pi/2 r/h)
-_STEP = 0.4  # rad, of the quadrature at the largest distance; halved, no displacement changes by 0.1 % of the largest
-_DISTANCES = 160  # entries of a table, denser near the load; the same
-_HIGHEST = 15.0  # rad: wave number times radius of a disc at which its spectrum is cut off smoothly; the same
-_RADIUS_RATIO = 1.15  # of neighbouring tables, between which displacements are interpolated; the same, within 0.5 %
+_MAX_DISTANCE_THICKNESSES = 8.0  # beyond, a load on a bonded layer moves nothing: displacements decay as exp(-pi/2 r/h) or faster
+# Numerics: halved or doubled, no displacement changes by more than 0.1 % of the largest (_RADIUS_RATIO: 0.5 %)
+_PHASE_STEP = 0.4  # rad, step of the quadrature at the largest distance
+_TABLE_DISTANCES = 160  # entries of a table, denser near the load
+_MAX_PHASE = 15.0  # rad: wave number times radius at which the spectrum of a disc is cut off smoothly
+_RADIUS_RATIO = 1.15  # of neighbouring tables, between which displacements are interpolated
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A linear elastic layer, bonded to a rigid plane below, free above.
+    """A linear elastic layer, bonded to a rigid plane below, with a free surface above. Loads are in units of its shear modulus.
 
-    thickness: m; poisson: its ratio, 0 to 0.5; depth: m, of the dots under the surface, less than thickness. The shear modulus is 1: loads
-    are in units of it. Raises BadArgument for values that are no layer.
+    Parameters
+    ----------
+    thickness : float
+        Thickness in m.
+    poisson : float
+        Poisson's ratio, 0 to 0.5.
+    depth : float
+        Depth of the dots under the surface in m, less than the thickness.
+
+    Raises
+    ------
+    BadArgument
+        For values outside these ranges.
     """
 
     thickness: float
@@ -34,11 +46,26 @@ class Layer:
                               f'gel.thickness {self.thickness:g} m, gel.poisson_ratio {self.poisson:g}, gel.dot_depth {self.depth:g} m')
 
     def waves(self, k: np.ndarray) -> dict[str, np.ndarray]:
-        """Displacements at the dots' depth under loads exp(i k x) on the surface, k (K,) 1/m > 0; keys: load then displacement.
+        """Displacements at the depth of the dots under sinusoidal loads on the surface.
 
-        'along', 'up' under a shear load i exp(i k x) along k (displacements i along, up); 'pressed_along', 'pressed_up' under a pressure;
-        'across' under a shear load across k. Plane strain waves of gradients and of Papkovich's and Neuber's potentials, four of them, by
-        the four conditions at base and surface; the same layer as in del Alamo et al. 2007 and Merkel et al. 2007.
+        Parameters
+        ----------
+        k : ndarray, shape (K,)
+            Wave numbers in 1/m, above 0.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (K,)
+            'along' and 'up' (over i) under a shear load exp(i k x) along k; 'pressed_along' (over i) and 'pressed_up' under a pressure;
+            'across' under a shear load across k.
+
+        Notes
+        -----
+        Four plane strain waves, of gradients and of the potentials of Papkovich and Neuber, fulfil the four conditions at base and surface
+        [1]_ [2]_.
+
+        .. [1] J. C. del Alamo et al., PNAS 104, 13343, 2007.
+        .. [2] R. Merkel et al., Biophysical Journal 93, 3314, 2007.
         """
         h, at = self.thickness, self.thickness - self.depth
         base, top = self._waves_at(k, 0.0), self._waves_at(k, h)
@@ -52,7 +79,7 @@ class Layer:
                 'pressed_up': (weights[1] * up).sum(1), 'across': across}
 
     def _waves_at(self, k: np.ndarray, z: float) -> tuple[np.ndarray, ...]:
-        """(K, 4) each, of four waves at height z over the base: displacement along k (over i) and up, stress along k (over i) and up."""
+        """(K, 4) each, of four waves at height z above the base: displacement along k (over i) and up, stress along k (over i) and up."""
         nu, found = self.poisson, [[], [], [], []]
         for s in (1.0, -1.0):
             e = np.exp(s * k * z - (k * self.thickness if s > 0 else 0.0))
@@ -67,62 +94,69 @@ class Layer:
 class DiscLoads:
     """Displacements of the dots, and depression of the surface, under loads on discs of the layer's surface.
 
-    A disc bears a pressure as under a ball (Hertz: falling to zero at its rim as a semicircle) and an even shear.
+    A disc bears the pressure of a ball (Hertz: a semi-ellipse that falls to zero at the rim) and a uniform shear stress.
 
     Parameters
     ----------
     layer : Layer
+        The elastic layer.
     smallest, largest : float
-        Radii of the discs, m, for which tables are made.
+        Range of the discs' radii in m.
     """
 
     def __init__(self, layer: Layer, smallest: float, largest: float):
         from scipy.special import j0, j1  # 0.1 s that only gels need
         self.layer = layer
         self.radii = np.geomspace(smallest, largest, int(np.ceil(np.log(largest / smallest) / np.log(_RADIUS_RATIO))) + 1)
-        reach = max(_REACH * layer.thickness, 2 * largest)
-        self._distances = reach * np.linspace(0.0, 1.0, _DISTANCES)**1.5
-        step = _STEP / reach
-        k = np.arange(step / 2, _HIGHEST / smallest, step)
-        wave, up_above = layer.waves(k), Layer(layer.thickness, layer.poisson, 0.0).waves(k)
+        reach = max(_MAX_DISTANCE_THICKNESSES * layer.thickness, 2 * largest)
+        self._distances = reach * np.linspace(0.0, 1.0, _TABLE_DISTANCES)**1.5
+        step = _PHASE_STEP / reach
+        k = np.arange(step / 2, _MAX_PHASE / smallest, step)
+        wave, surface = layer.waves(k), Layer(layer.thickness, layer.poisson, 0.0).waves(k)
         mean, half = (wave['along'] + wave['across']) / 2, (wave['across'] - wave['along']) / 2
-        self._tables, self._depressions = np.zeros((len(self.radii), 5, _DISTANCES)), np.zeros(len(self.radii))
+        self._tables, self._depressions = np.zeros((len(self.radii), 5, _TABLE_DISTANCES)), np.zeros(len(self.radii))
+        self._drags = np.zeros(len(self.radii))
         angle = np.outer(self._distances, k)
         bessel = [j0(angle), j1(angle)]
         bessel.append(2 * bessel[1] / np.maximum(angle, 1e-9) - bessel[0] * (angle > 0))
         for n, radius in enumerate(self.radii):
             x = k * radius
-            weight = np.exp(-(x / _HIGHEST)**2 * 4) * k * step / (2 * np.pi)
+            weight = np.exp(-(x / _MAX_PHASE)**2 * 4) * k * step / (2 * np.pi)
             press, shear = 3 * (np.sin(x) - x * np.cos(x)) / x**3 * weight, 2 * j1(x) / x * weight
             self._tables[n] = [bessel[0] @ (shear * mean), bessel[2] @ (shear * half), bessel[1] @ (shear * wave['up']),
                                -bessel[1] @ (press * wave['pressed_along']), bessel[0] @ (press * wave['pressed_up'])]
-            self._depressions[n] = -(press @ up_above['pressed_up'])
+            self._depressions[n] = -(press @ surface['pressed_up'])
+            self._drags[n] = (shear * 2 * j1(x) / x) @ (surface['along'] + surface['across']) / 2
 
     def depression(self, radius: float) -> float:
-        """Depression, m, of the surface in the middle of a disc under a unit pressing force."""
+        """Depression in m of the surface at the centre of a disc under a unit pressing force."""
         return float(np.interp(radius, self.radii, self._depressions))
 
-    def matrix(self, dots: np.ndarray, middle: np.ndarray, radius: float, camera: np.ndarray) -> np.ndarray:
+    def drag(self, radius: float) -> float:
+        """Mean displacement in m of the surface of a disc along a unit shear force."""
+        return float(np.interp(radius, self.radii, self._drags))
+
+    def matrix(self, dots: np.ndarray, centre: np.ndarray, radius: float, camera: np.ndarray) -> np.ndarray:
         """Apparent displacements of dots under unit loads on a disc.
 
         Parameters
         ----------
         dots : ndarray, shape (..., D, 2)
-            Positions of the dots, m.
-        middle : ndarray, shape (..., 2)
-            Centre of the disc, m.
+            Positions of the dots in m.
+        centre : ndarray, shape (..., 2)
+            Centre of the disc in m.
         radius : float
-            Of the disc, m.
+            Radius of the disc in m.
         camera : ndarray, shape (3,)
-            Position of the camera over the dots, m. A dot at x that moves away from the surface's plane by w towards the camera at (c, d)
-            seems to move by (x - c) w / d in that plane.
+            Position of the camera above the dots in m. A dot at x that moves by w towards the camera at (c, d) seems to move by
+            (x - c) w / d in the plane of the surface.
 
         Returns
         -------
         ndarray, shape (..., D, 2, 3)
-            Displacement along x and y, m, under a shear along x, a shear along y, and a press.
+            Displacement along x and y in m, under a shear along x, a shear along y, and a press.
         """
-        offset = dots - middle[..., None, :]
+        offset = dots - centre[..., None, :]
         away = np.hypot(offset[..., 0], offset[..., 1])
         unit = offset / np.maximum(away, 1e-12)[..., None]
         at = np.clip(np.interp(np.log(radius), np.log(self.radii), np.arange(len(self.radii))), 0, len(self.radii) - 1)

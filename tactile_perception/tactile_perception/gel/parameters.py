@@ -1,28 +1,28 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of gel_contact_node and pins_contact_node; how to measure those of a gel: docs/gel.md."""
+"""The parameters of gel_contact_node and pins_contact_node. docs/gel.md says how those of a gel are measured."""
 from __future__ import annotations
 
 from ..dots.parameters import camera_pose_parameters, detection_parameters, fixed, pattern_parameters
 
-_PITCH = fixed('gel.pitch', float, 0.0, 'm', 'distance of neighbouring dots; tells the scale where gel.scale is 0', 0.0, 0.1)
-_SCALE = fixed('gel.scale', float, 0.0, 'm', 'length on the gel that one pixel shows; 0: from gel.pitch, or from camera.translation',
-               0.0, 0.1)
+_PITCH = fixed('gel.pitch', float, 0.0, 'm', 'distance of neighbouring dots; gives the scale if gel.scale is 0', 0.0, 0.1)
+_SCALE = fixed('gel.scale', float, 0.0, 'm',
+               'length on the gel that one pixel shows; 0: computed from gel.pitch, or from camera.translation', 0.0, 0.1)
 
 GEL_NODE, PINS_NODE = 'gel_contact_node', 'pins_contact_node'
 
 GEL_SENSOR_PARAMETERS = (
     *pattern_parameters('gel'),
     *camera_pose_parameters(0.0),
-    fixed('calibration', str, '', '', 'calibration file from calibrate; its modulus replaces gel.young_modulus; empty: none'),
+    fixed('calibration', str, '', '', 'calibration file from calibrate, whose modulus replaces gel.young_modulus; empty: none'),
 )
 GEL_PARAMETERS = GEL_SENSOR_PARAMETERS + detection_parameters() + (
     fixed('gel.thickness', float, 0.0, 'm',
-          'of the elastic layer, from its rigid base to its free surface; 0: unknown, then depth is NaN', 0.0, 1.0),
-    fixed('gel.dot_depth', float, 0.0, 'm', 'of the dots under the free surface', 0.0, 1.0),
-    fixed('gel.young_modulus', float, 0.0, 'Pa', "Young's modulus; 0: unknown, then forces are NaN", 0.0, 1e9),
-    fixed('gel.poisson_ratio', float, 0.48, '', "Poisson's ratio; of silicones and gels 0.47 to 0.5", 0.0, 0.5),
-    fixed('gel.friction', float, 0.0, '', 'friction coefficient of object and gel; 0: unknown, then no slip is reported', 0.0, 10.0),
+          'thickness of the elastic layer, from its rigid base to its free surface; 0: unknown, depth is NaN', 0.0, 1.0),
+    fixed('gel.dot_depth', float, 0.0, 'm', 'depth of the dots under the free surface; areas and forces depend on it', 0.0, 1.0),
+    fixed('gel.young_modulus', float, 0.0, 'Pa', "Young's modulus; 0: unknown, forces are NaN", 0.0, 1e9),
+    fixed('gel.poisson_ratio', float, 0.48, '', "Poisson's ratio; silicones and gels have 0.47 to 0.5", 0.0, 0.5),
+    fixed('gel.friction', float, 0.0, '', 'coefficient of friction between object and gel; 0: unknown, slip is not published', 0.0, 10.0),
     _SCALE, _PITCH,
 )
 

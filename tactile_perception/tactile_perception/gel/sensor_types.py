@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sensor types `gel`, an elastic layer with dots over a camera, and `pins`, a dome of pins over one."""
+"""The sensor types `gel`, an elastic layer with dots above a camera, and `pins`, a dome of pins above a camera."""
 from functools import partial
 
 from ..sensor_type import CAMERA_INFO, CAMERA_SOURCES, SensorType

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stages of gels and of domes of pins: images in; dots, contact region, contacts, wrench, and slip of a gel, out."""
+"""The stages of gels and of domes of pins: images in; dots, contact region, contacts, wrench, and the slip of a gel out."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
@@ -26,10 +26,10 @@ _FITTED = {'young_modulus': (), 'force_sigma': ()}
 
 
 class _ImageStage(DotStage):
-    """A stage whose model of contact takes positions of dots in the image."""
+    """A stage whose contact model takes image positions of dots."""
 
     def health(self) -> tuple[str, dict]:
-        """That of the dots, and of the model."""
+        """Health of the dots and of the contact model."""
         warning, values = super().health()
         of_contact, more = self.estimator.contact.health() if self.estimator and self.estimator.contact else ('', {})
         return warning or of_contact, values | more
@@ -40,7 +40,7 @@ class GelStage(_ImageStage):
     for wrong values, BadCalibration for a bad file."""
 
     node, parameters, contact_outputs = GEL_NODE, GEL_PARAMETERS, convert.RESULTS | convert.POINTS
-    without_contact = 'no usable camera_info yet: positions on a gel need gel.pitch, gel.scale or a calibrated camera'
+    without_contact = 'no usable camera_info arrived: positions on a gel need the parameter gel.pitch or gel.scale, or a calibrated camera'
 
     def __init__(self, values: Mapping):
         super().__init__(values)
@@ -57,7 +57,7 @@ class GelStage(_ImageStage):
         self.values['gel.young_modulus'], self._force_error = fitted['young_modulus'], {'force_error': fitted['force_sigma']}
 
     def make_contact(self, matrices: Matrices | None, size: tuple[int, int] | None, tracker: DotTracker | None) -> GelEstimator | None:
-        """See DotStage. The sensor frame's origin is where the camera looks, else the middle of the image, else of the dots."""
+        """See DotStage. The origin of the sensor frame is at the principal point, else in the middle of the image, else of the dots."""
         if matrices:
             focal = float(np.sqrt(matrices[0][0, 0] * matrices[0][1, 1]))
             return GelEstimator(self.values, matrices[0][:2, 2], focal, **self._force_error)
@@ -66,7 +66,7 @@ class GelStage(_ImageStage):
         return GelEstimator(self.values, (np.array(size) - 1) / 2 if size and all(size) else None, **self._force_error)
 
     def estimate_contact(self, tracks: DotTracks, stamp_s: float, header: Header, topics: Collection[str]) -> dict[str, list]:
-        """See DotStage; how far a contact is from slipping, displacements alone do not show: no slip without the friction."""
+        """See DotStage. Slip is not published without the friction: displacements alone do not show how near a contact is to slipping."""
         return super().estimate_contact(tracks, stamp_s, header, [one for one in topics if one != 'slip' or self.values['gel.friction']])
 
 

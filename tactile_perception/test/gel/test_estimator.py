@@ -106,7 +106,7 @@ def test_the_part_of_a_balls_contact_that_slips(friction):
 @pytest.mark.full
 def test_a_contact_keeps_its_number_and_tells_the_edge():
     rng = np.random.default_rng(10)
-    gel = pressed_gel(rng, middle=(5e-3, 0.0), way=(3e-3, 0.0))
+    gel = pressed_gel(rng, middle=(5e-3, 0.0), way=(4e-3, 0.0))
     estimator = estimator_of(gel, rng)
     results = [estimator.process(gel.tracks(state, rng), 1.0 + k) for k, state in enumerate(gel.states)]
     assert [[contact.id for contact in result.contacts] for result in results] == [[1]] * 3
@@ -218,7 +218,7 @@ def test_dots_on_each_other_are_refused():
     rng = np.random.default_rng(13)
     gel = pressed_gel(rng)
     flat = DotTracks(0, 0, np.arange(9), np.full((9, 2), 50.0), np.ones(9), np.ones(9), np.zeros((9, 2)))
-    with pytest.raises(BadFrame, match='on each other'):
+    with pytest.raises(BadFrame, match='coincide'):
         GelEstimator(gel.parameters).process(flat, 0.0)
 
 

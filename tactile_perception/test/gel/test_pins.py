@@ -101,7 +101,7 @@ def test_without_a_calibration_the_region_lies_about_the_press():
 
 
 def test_few_places_are_refused():
-    with pytest.raises(BadCalibration, match='places pressed'):
+    with pytest.raises(BadCalibration, match='positions were pressed'):
         fit_pins(REST, np.zeros((3, 2 * len(REST))), np.zeros((3, 3)), np.ones(3))
     with pytest.raises(BadCalibration, match='missing'):
         PinModel.from_dict({'rest': REST})

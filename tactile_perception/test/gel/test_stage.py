@@ -63,7 +63,7 @@ def test_a_gel_of_unknown_modulus_warns():
 def test_a_message_with_one_dot_is_refused():
     stage = GelStage(values_of(**{'gel.pitch': gel.PITCH, 'input': 'dots'}))
     alone = DotTracks(header=header_of(10**9, 'gel'), rows=9, columns=12, id=[3], u=[1.0], v=[1.0], area=[4.0], du=[0.0], dv=[0.0])
-    with pytest.raises(BadFrame, match='1 dots with a known place'):
+    with pytest.raises(BadFrame, match='1 dots with a known undeformed position'):
         stage.process(alone)
 
 

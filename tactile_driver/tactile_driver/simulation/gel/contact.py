@@ -30,24 +30,29 @@ class Indenter:
 
 @dataclass
 class GelState:
-    """Forces on the cells of the surface. places: (M, 2) m; force: (M, 3) N, of the object on the gel; slides: (M,) bool; middle: (2,) m
-    and depth, m, of the object."""
+    """Forces on the cells of the surface. places: (M, 2) m, of the cells on the undeformed surface; force: (M, 3) N, of the object on the
+    gel; slides: (M,) bool; middle: (2,) m and depth, m, of the object; shift: (2,) m, mean displacement of the cells along the surface."""
 
     places: np.ndarray
     force: np.ndarray
     slides: np.ndarray
     middle: np.ndarray
     depth: float
+    shift: np.ndarray
 
 
 @dataclass
 class GelContact:
-    """Follows one object over the gel. cell: m, side of a square cell of the surface; friction: coefficient."""
+    """Follows one object over the gel. cell: m, side of a square cell of the surface; friction: coefficient.
+
+    The object touches the cells that are under it after the surface has moved along with it, by the mean displacement of the last step.
+    """
 
     material: Material
     indenter: Indenter
     friction: float
     cell: float = 0.35e-3
+    _shift: np.ndarray = field(default_factory=lambda: np.zeros(2))
     _held: dict = field(default_factory=dict)  # cell -> (force along the surface (2,), displacement (2,) of the surface less the object's)
 
     def __post_init__(self):
@@ -55,12 +60,12 @@ class GelContact:
 
     def reset(self) -> None:
         """Nothing touches."""
-        self._held = {}
+        self._held, self._shift = {}, np.zeros(2)
 
     def step(self, middle: np.ndarray, depth: float, before: np.ndarray) -> GelState | None:
         """The state with the object's middle at (2,) m, after it was at before (2,) m; depth: m, of its foremost point under the surface,
         negative above. None without contact."""
-        places, gap = self._candidates(middle, depth)
+        places, gap = self._candidates(middle - self._shift, depth)
         if not len(places):
             self.reset()
             return None
@@ -76,7 +81,8 @@ class GelContact:
         touching = press > 0
         self._held = {cell: (along[k], surface[k]) for k, cell in enumerate(cells) if touching[k]}
         force = np.column_stack([along, -press])
-        return GelState(places[touching], force[touching], slides[touching], np.asarray(middle, float), depth)
+        self._shift = surface[touching].mean(axis=0)
+        return GelState(places[touching], force[touching], slides[touching], np.asarray(middle, float), depth, self._shift)
 
     def _candidates(self, middle, depth) -> tuple[np.ndarray, np.ndarray]:
         """Cells (M, 2) m that the undeformed surface would have inside the object, and how deep (M,), as negative heights, m."""

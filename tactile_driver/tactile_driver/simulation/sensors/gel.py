@@ -99,11 +99,12 @@ class GelScene(FramesInOrder[TruthFrame]):
         places = pin_tips(response, self.places, state) if self._pins else \
             self.places + _moved(response, self.places[:, :2], state, 'dots')
         truth = TruthFrame(ids, self.camera.project(places), places, self._states(state))
-        cell = self._contact.cell
-        truth.area, truth.normal = len(state.places) * cell**2, np.array([0.0, 0.0, 1.0])
-        truth.centroid = np.append(state.places.mean(axis=0), -state.depth)
-        truth.outlines, truth.holes = _outlines(state.places, cell)
-        total, torque = state.force.sum(axis=0), np.cross(np.pad(state.places, ((0, 0), (0, 1))), state.force).sum(axis=0)
+        cell, touched = self._contact.cell, np.pad(state.places + state.shift, ((0, 0), (0, 1)))
+        truth.area, truth.normal = len(touched) * cell**2, np.array([0.0, 0.0, 1.0])
+        truth.centroid = touched.mean(axis=0) - [0.0, 0.0, state.depth]
+        shift = np.append(state.shift, 0.0)
+        truth.outlines, truth.holes = ([line + shift for line in lines] for lines in _outlines(state.places, cell))
+        total, torque = state.force.sum(axis=0), np.cross(touched, state.force).sum(axis=0)
         truth.wrench = np.concatenate([total, torque])
         truth.contacts = [Touch(np.append(state.middle, -state.depth), truth.normal, float(state.depth), float(-total[2]))]
         truth.slipping_fraction = float(state.slides.mean())
