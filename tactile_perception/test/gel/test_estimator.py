@@ -171,6 +171,22 @@ def test_a_still_press_is_one_contact_that_does_not_slip(seed):
     assert not estimator.process(gel.tracks(None, rng), 2.0).contacts
 
 
+@pytest.mark.full
+def test_the_stated_error_of_a_dragged_contacts_position_is_the_true_one():
+    squares = []
+    for seed in range(131, 139):
+        rng = np.random.default_rng(seed)
+        small, angle = seed % 2 == 0, rng.uniform(0, 2 * np.pi)
+        gel = pressed_gel(rng, pitch=2e-3 if small else 1.5e-3, radius=2.5e-3 if small else rng.uniform(4e-3, 9e-3),
+                          thickness=rng.uniform(3e-3, 6e-3), depth=6e-4, middle=rng.uniform(-2e-3, 2e-3, 2),
+                          way=0.3e-3 * np.array([np.cos(angle), np.sin(angle)]))
+        contact, = estimator_of(gel, rng).process(gel.tracks(gel.states[-1], rng), 1.0).contacts
+        error = contact.position[:2] - gel.states[-1].middle
+        squares.append(error @ error / np.trace(contact.position_covariance[:2, :2]))
+        assert np.hypot(*error) < 0.25e-3
+    assert 0.3 < np.mean(squares) < 3.0
+
+
 def test_an_unknown_thickness_leaves_only_the_depth_unknown():
     rng = np.random.default_rng(21)
     gel = pressed_gel(rng, pitch=2e-3, middle=(1e-3, -5e-4))
