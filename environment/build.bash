@@ -34,7 +34,7 @@ make_venv() {
     "$venv/bin/python" -m pip install --disable-pip-version-check --progress-bar off "$uv"
 }
 
-# An installer that was interrupted leaves packages that look whole: then all are installed anew, from uv's cache.
+# An installer that was interrupted leaves packages that look whole: then all are installed again, from uv's cache.
 install_wheels() {
     local again=
     [[ ! -e $base/installing ]] || again=--reinstall

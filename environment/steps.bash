@@ -21,7 +21,7 @@ step() {
     rm -f "$stamps/$name"
     say "$text"
     local start=$SECONDS status
-    # Not in a condition: there bash would go on after a command of the step that fails.
+    # Not in a condition: there bash would continue after a command of the step that fails.
     set +e
     (set -e && "$@") 2>&1 </dev/null | tee "$log" | show_progress "${text%%:*}"
     status=${PIPESTATUS[0]}
@@ -33,23 +33,23 @@ step() {
 
 # show_progress STEP: of a build the package at work and the percentage that is done, of an installer what is there; every five seconds.
 show_progress() {
-    local line package='' told next=$((SECONDS + 5))
+    local line package='' progress next=$((SECONDS + 5))
     while IFS= read -r line; do
         case $line in
             'Starting >>> '*) package=${line#*>>> } && continue ;;
-            '['*%']'*) told="$package ${line%%]*}]" ;;
-            *Downloaded\ * | Prepared\ * | Installed\ *) told=${line# } ;;
+            '['*%']'*) progress="$package ${line%%]*}]" ;;
+            *Downloaded\ * | Prepared\ * | Installed\ *) progress=${line# } ;;
             *) continue ;;
         esac
         ((SECONDS < next)) && continue
         next=$((SECONDS + 5))
-        printf '    %s: %s\n' "$1" "$told" >&2
+        printf '    %s: %s\n' "$1" "$progress" >&2
     done
 }
 
 # fail_step TEXT LOG: one line for causes that are known, else the end of the log.
 fail_step() {
-    local again="call this again, it goes on from here"
+    local again="run it again to continue from here"
     if grep -qi 'no space left on device' "$2"; then
         fail "$1: the disk is full. Free 2 GB on $(df -P "$logs" | awk 'END { print $6 }') and where uv keeps its downloads, then $again."
     fi

@@ -23,17 +23,17 @@ class StampClock:
 
     @contextmanager
     def at(self, stamp_s: float) -> Iterator[bool]:
-        """Context manager that yields begins_anew(stamp_s); an exception within the context restores the previous state."""
-        anew, before = None, dict(vars(self))
+        """Context manager that yields restarts_at(stamp_s); an exception within the context restores the previous state."""
+        restarts, before = None, dict(vars(self))
         try:
-            anew = self.begins_anew(stamp_s)
-            yield anew
+            restarts = self.restarts_at(stamp_s)
+            yield restarts
         except Exception:
-            if anew is not None:
+            if restarts is not None:
                 vars(self).update(before)
             raise
 
-    def begins_anew(self, stamp_s: float) -> bool:
+    def restarts_at(self, stamp_s: float) -> bool:
         """Whether the stamps restart with this one, s.
 
         A restart needs two consecutive stamps (three, for a step back of less than a second) that are in order and earlier than the last
@@ -54,6 +54,6 @@ class StampClock:
         back = self._last_s - stamp_s
         if self._earlier < (_AFTER_JUMP if back > _JUMP_S else _AFTER_STEP):
             raise ClockSetBack(f'stamps go back by {back:.1f} s, as in a recording that plays in a loop; '
-                               'if the next frames go on from there, the node restarts with a new reference')
+                               'if the next frames continue from there, the node restarts with a new reference')
         self._last_s, self._earlier = stamp_s, 0
         return True

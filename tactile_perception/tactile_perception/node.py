@@ -29,10 +29,10 @@ from .errors import BadArgument, BadFrame, ClockSetBack, TactileError
 from .nodes.messages.conversions import stamp_ns_of, stamp_seconds
 from .sensor_type import NODES
 from .stage import Input, Stage
-from .work_log import LONGEST_S, Shedding, WorkLog
+from .work_log import MAX_WAIT_S, Shedding, WorkLog
 
-_PATIENCE_S = 5.0  # that the first message waits for camera_info: chosen; discovery by Fast DDS can take seconds
-_STALE_S = 2.0  # without a processed message there is nothing to take as the reference: chosen
+_PATIENCE_S = 5.0  # that the first message waits for camera_info; discovery by Fast DDS can take seconds
+_STALE_S = 2.0  # without a processed message there is nothing to take as the reference
 
 
 class PerceptionNode(Node):
@@ -53,7 +53,7 @@ class PerceptionNode(Node):
                                            self.examine)
         self.stage = stage_type(self.settings.values())
         self.stage.use_frame(sensor_frame(self.get_namespace()))
-        self._source, self._inputs, self._shedding = self.stage.input, [], Shedding(self.stage.input.patience_s or LONGEST_S)
+        self._source, self._inputs, self._shedding = self.stage.input, [], Shedding(self.stage.input.patience_s or MAX_WAIT_S)
         self._first_s: float | None = None
         self.log = WorkLog(self._source.topic, by_call=self._host.publishes(self, self._source.topic))
         self._log_once, self.guard = LogOnce(self), DefectGuard(self)

@@ -58,7 +58,7 @@ class Stage(ABC):
         return False
 
     def process(self, message, topics: Collection[str] | None = None) -> dict[str, list]:
-        """Topic -> messages estimated from one message, for the topics, None for all. Stamps that begin again reset the stage.
+        """Topic -> messages estimated from one message, for the topics, None for all. A stamp that goes back resets the stage.
 
         Raises BadFrame for a message that cannot be used, with what could be estimated before; ClockSetBack for one whose stamp went back.
         """

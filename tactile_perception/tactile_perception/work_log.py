@@ -13,23 +13,23 @@ from tactile_driver.nodes.health import MISSED
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 from tactile_driver.stamp_gaps import StampGaps
 
-_RECENT = 120  # frames kept: chosen, the window at 30 Hz
-_SILENCE_S = 2.0  # without a frame before a warning: chosen
-_WINDOW_S = 4.0  # over which rate and shares are computed: chosen
-_SAME_CLOCK_S = 60.0  # a longer latency, or one below 0 by as much, means stamps of another clock: chosen
-_FEW = 3  # frames dropped or refused within the window without a warning: chosen; a short load of the machine drops that many
+_RECENT = 120  # frames kept: the window at 30 Hz
+_SILENCE_S = 2.0  # without a frame before a warning
+_WINDOW_S = 4.0  # over which rate and shares are computed
+_SAME_CLOCK_S = 60.0  # a longer latency, or one below 0 by as much, means stamps of another clock
+_TOLERATED_LOSSES = 3  # frames dropped or refused within the window without a warning; a short load of the machine drops that many
 
-LONGEST_S = 0.05  # that a message may wait: chosen; a short load of the machine is caught up, no lasting queue builds up
-_PERIODS = 2  # that a message may wait, if longer than LONGEST_S: after two periods a newer one has arrived
-_FASTER = 0.5  # ratio of periods, received to stamped: below it a recording is played fast, and no message is dropped; chosen
-_SMOOTHING = 0.1  # of the periods, exponential: chosen, ten messages
+MAX_WAIT_S = 0.05  # that a message may wait; a short load of the machine is caught up, no persistent queue builds up
+_PERIODS = 2  # that a message may wait, if longer than MAX_WAIT_S: after two periods a newer one has arrived
+_FASTER = 0.5  # ratio of periods, received to stamped: below it a recording is played fast, and no message is dropped
+_SMOOTHING = 0.1  # of the periods, exponential: ten messages
 _NS = 1e-9
 
 
 class Shedding:
     """Decides from the times of reception which messages are too late to be processed; longest_s: that a message may wait, s."""
 
-    def __init__(self, longest_s: float = LONGEST_S):
+    def __init__(self, longest_s: float = MAX_WAIT_S):
         self._longest_s = longest_s
         self._last: tuple[int, int] | None = None
         self._steps = [0.0, 0.0]  # s, mean periods of reception and of stamps
@@ -143,9 +143,9 @@ class WorkLog:
             return WARN, f'no message on {self._topic}; check that its publisher is running and active'
         warning = self._gaps.warning or warning
         shed, bad, done = (len(_recent(times)) for times in (self._dropped, self._bad, self._stamps))
-        if bad > _FEW:
+        if bad > _TOLERATED_LOSSES:
             warning = f'{100 * bad / (bad + done):.0f} % of {self._topic} is refused: {self.last_error}'
-        if shed > _FEW:
+        if shed > _TOLERATED_LOSSES:
             share = 100 * shed / (shed + done)
             warning = (f'{share:.0f} % of {self._topic} is dropped: this machine is too slow; lower the rate, choose a faster method '
                       'or end other programs')

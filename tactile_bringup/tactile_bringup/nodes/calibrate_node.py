@@ -296,7 +296,7 @@ class CalibrateNode(Node):
             self._log.error('wrench', f'the wrench is not used: {error}')
         if placed is None:
             return {'wrench': _UNKNOWN, 'changed_s': stamp if found is None else found[2]}
-        return {'wrench': found[1], 'changed_s': found[2], 'to_sensor': partial(wrench_at, rotation=placed[0], place=placed[1])}
+        return {'wrench': found[1], 'changed_s': found[2], 'to_sensor': partial(wrench_at, rotation=placed[0], origin=placed[1])}
 
     def _judge(self, sample: Sample) -> None:
         press, reported = self._guide.add(sample)

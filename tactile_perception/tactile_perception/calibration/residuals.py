@@ -12,9 +12,9 @@ import numpy as np
 from ..common.statistics import robust_sigma
 from .files.format import CalibrationFile, write_calibration
 
-_FAR = 6.0  # chosen: robust standard deviations (1.4826 MAD) beyond the median error
-_FEWEST = 5  # chosen: presses, fewer have no meaningful median
-_MOST = 20  # lines printed
+_OUTLIER_SIGMAS = 6.0  # robust standard deviations (1.4826 MAD) beyond the median error
+_MIN_PRESSES = 5  # fewer have no meaningful median
+_MAX_LINES = 20  # printed for each quantity
 
 
 @dataclass(frozen=True)
@@ -34,18 +34,18 @@ class Residuals:
 
 
 def outliers(found: Sequence[Residuals]) -> list[str]:
-    """One line per press whose error is an outlier, largest first, at most _MOST per quantity."""
+    """One line per press whose error is an outlier, largest first, at most _MAX_LINES per quantity."""
     lines = []
     for residuals in found:
         size = np.abs(np.asarray(residuals.value, float))
         known = np.flatnonzero(np.isfinite(size))
-        if len(known) < _FEWEST:
+        if len(known) < _MIN_PRESSES:
             continue
         middle = float(np.median(size[known]))
-        limit = middle + _FAR * float(robust_sigma(size[known] - middle))
+        limit = middle + _OUTLIER_SIGMAS * float(robust_sigma(size[known] - middle))
         far = [k for k in known[np.argsort(-size[known])] if size[k] > limit]
         lines += [f'{residuals.when[k]}: {residuals.name} error {size[k]:.3g} {residuals.unit}, the median is {middle:.2g} {residuals.unit}'
-                  for k in far[:_MOST]]
+                  for k in far[:_MAX_LINES]]
     return lines
 
 
@@ -57,11 +57,11 @@ def draw_residuals(path: Path, title: str, found: Sequence[Residuals]) -> None:
 
     figure, panels = pyplot.subplots(1, len(found), figsize=(5.2 * len(found), 4.6), squeeze=False, layout='constrained')
     for panel, residuals in zip(panels[0], found):
-        value, place = np.asarray(residuals.value, float), np.asarray(residuals.place, float)
+        value, position = np.asarray(residuals.value, float), np.asarray(residuals.place, float)
         known = np.argsort(np.abs(value))[:np.isfinite(value).sum()]  # of several presses at one position the largest error is on top
         most = max(float(np.abs(value[known]).max(initial=0.0)), 1e-12)
         middle = np.median(np.abs(value[known])) if len(known) else np.nan
-        drawn = panel.scatter(*place[known].T, c=value[known], s=36, edgecolors='black', linewidths=0.4, cmap='coolwarm', vmin=-most,
+        drawn = panel.scatter(*position[known].T, c=value[known], s=36, edgecolors='black', linewidths=0.4, cmap='coolwarm', vmin=-most,
                               vmax=most)
         figure.colorbar(drawn, ax=panel, label=f'{residuals.name} ({residuals.unit})')
         panel.set_title(f'{residuals.name}: median {middle:.2g}, largest {most:.2g} {residuals.unit}', fontsize='small')

@@ -17,7 +17,7 @@ _SMALL = 4  # dots or taxels: smaller regions do not split off, since noise at a
 
 
 def goes_on(seen_s: float, last_s: float, stamp_s: float) -> bool:
-    """Whether a contact that was last seen at seen_s may go on in the frame at stamp_s, s: the last frame, at last_s, had it, however long
+    """Whether a contact that was last seen at seen_s may continue in the frame at stamp_s: the last frame, at last_s, had it, however long
     ago, since frames may be refused; or it was seen lately."""
     return seen_s >= min(last_s, stamp_s - _KEPT_S)
 
@@ -34,14 +34,14 @@ class TrackedContact:
     merged: bool
 
     @property
-    def lasting(self) -> bool:
+    def is_persistent(self) -> bool:
         """Whether it was there for a while."""
         return self.seen_s - self.since_s > _LASTING_S - 1e-6
 
 
 class ContactTracker:
     """A region continues the contact with which it shares most dots (or taxels), one to one; without common ones, the nearest within reach
-    from border to border. A region that continues none is a new contact. One that shares dots with a lasting contact that nothing continues
+    from border to border. A region that continues none is a new contact. One that shares dots with a persistent contact that ends
     has merged with it, until a part splits off."""
 
     def __init__(self):
@@ -62,16 +62,16 @@ class ContactTracker:
         inside = [labels.ravel() == label for label, _ in regions]
         shared = [np.bincount(owner[mask], minlength=len(last) + 1).tolist() for mask in inside]  # with no contact, and with each
         counts, shared = [sum(common) for common in shared], [common[1:] for common in shared]
-        chosen = _matched(shared, [moments for _, moments in regions], last, reach)
-        free, found = [j for j in range(len(last)) if j not in chosen.values()], []
+        continued = _matched(shared, [moments for _, moments in regions], last, reach)
+        free, found = [j for j in range(len(last)) if j not in continued.values()], []
         for k, (_, moments) in enumerate(regions):
-            if k not in chosen:
+            if k not in continued:
                 found.append(TrackedContact(self._next, moments, stamp_s, stamp_s, False))
                 self._next += 1
                 continue
-            before = last[chosen[k]]
-            splits = any(i != k and common[chosen[k]] and counts[i] >= _SMALL for i, common in enumerate(shared))
-            joined = any(shared[k][j] and last[j].lasting for j in free)
+            before = last[continued[k]]
+            splits = any(i != k and common[continued[k]] and counts[i] >= _SMALL for i, common in enumerate(shared))
+            joined = any(shared[k][j] and last[j].is_persistent for j in free)
             found.append(TrackedContact(before.number, moments, before.since_s, stamp_s, bool(joined or before.merged and not splits)))
         lost = [j for j in free if not any(common[j] for common in shared)]
         again = np.zeros(len(last) + 1, int)
@@ -82,7 +82,7 @@ class ContactTracker:
         return found
 
     def _remembered(self, size: int, stamp_s: float) -> tuple[list[TrackedContact], np.ndarray]:
-        """The contacts that may go on, and the one that each of so many dots belonged to."""
+        """The contacts that may continue, and the one that each of so many dots belonged to."""
         kept = [j for j, one in enumerate(self._last) if goes_on(one.seen_s, self._stamp_s, stamp_s)]
         if len(self._owner) != size:
             return [self._last[j] for j in kept], np.zeros(size, int)
@@ -95,13 +95,13 @@ def _matched(shared: list[list[int]], regions: list[Moments], last: list[Tracked
     """Index of the contact that each region continues: greedily by most common dots, then by the smallest gap."""
     before, pairs = [(one.moments.centroid, math.sqrt(one.moments.area / math.pi), one.number) for one in last], []
     for k, moments in enumerate(regions):
-        place, radius = moments.centroid, math.sqrt(moments.area / math.pi)
+        centroid, radius = moments.centroid, math.sqrt(moments.area / math.pi)
         for j, (old, large, number) in enumerate(before):
-            gap = math.dist(place, old) - radius - large
+            gap = math.dist(centroid, old) - radius - large
             if shared[k][j] or gap < reach:
                 pairs.append((-shared[k][j], gap, number, k, j))
-    chosen: dict[int, int] = {}
+    continued: dict[int, int] = {}
     for *_, k, j in sorted(pairs):
-        if k not in chosen and j not in chosen.values():
-            chosen[k] = j
-    return chosen
+        if k not in continued and j not in continued.values():
+            continued[k] = j
+    return continued

@@ -88,7 +88,7 @@ _INCIPIENT = (0.05, 0.03)
 STILL_GROSS = 0.85
 _GROSS = (0.90, STILL_GROSS)
 FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation. Chosen
-_COINCIDENT = 1e-24  # m^2: squares of places a picometre apart
+_COINCIDENT = 1e-24  # m^2: squares of the distance of positions a picometre apart
 
 
 def next_state(state: int, fraction: float) -> int:
@@ -106,19 +106,19 @@ def state_probability(state: int, fraction: float, patches: float) -> float:
     return 0.5 * (math.erf((most - fraction) / spread) - math.erf((least - fraction) / spread))
 
 
-def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, from velocity (S, 2) at place
-    (S, 2); all NaN for coincident or NaN places."""
+def planar_twist(position: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, from velocity (S, 2) at position
+    (S, 2); all NaN for coincident or NaN positions."""
     unknown = np.full(2, np.nan)
-    if not len(place):
+    if not len(position):
         return unknown, np.nan, unknown
-    middle, drift = np.mean(place, axis=0), np.mean(velocity, axis=0)
-    (x, y), (u, v) = (place - middle).T, (velocity - drift).T
+    middle, drift = np.mean(position, axis=0), np.mean(velocity, axis=0)
+    (x, y), (u, v) = (position - middle).T, (velocity - drift).T
     spread = x @ x + y @ y
     if not _COINCIDENT < spread < np.inf:
         return unknown, np.nan, unknown
     turn = (x @ v - y @ u) / spread
     linear = drift + turn * np.array([middle[1], -middle[0]])
-    if math.hypot(*drift) >= abs(turn) * FAR * math.sqrt(spread / len(place)):
+    if math.hypot(*drift) >= abs(turn) * FAR * math.sqrt(spread / len(position)):
         return linear, turn, unknown
     return linear, turn, middle + np.array([-drift[1], drift[0]]) / turn

@@ -91,8 +91,8 @@ def deepest_notch(corners: np.ndarray) -> float:
 
 
 Pose = tuple[np.ndarray, np.ndarray]
-_SHORTEST = 1e-6  # norm of a quaternion: chosen; publishers normalise, and a shorter one is a message that was not filled
-_FARTHEST = 1e9  # m, of a translation: chosen, beyond any robot; chains of transforms stay finite
+_MIN_QUATERNION_NORM = 1e-6  # publishers normalise quaternions; a shorter one is a message that was not filled
+_MAX_TRANSLATION = 1e9  # m, beyond any robot; chains of transforms stay finite
 _ROUNDING = 1e-12  # of the elements of a rotation
 _KEPT_S = 5.0  # of poses: longer than anybody waits for an image of their time
 
@@ -116,7 +116,7 @@ class FrameTree:
         quaternion, translation = np.asarray(quaternion, float), np.asarray(translation, float)
         with np.errstate(over='ignore'):  # refused just below
             length = float(np.linalg.norm(quaternion))
-        if not (_SHORTEST < length < np.inf and (np.abs(translation) <= _FARTHEST).all() and parent != child):
+        if not (_MIN_QUATERNION_NORM < length < np.inf and (np.abs(translation) <= _MAX_TRANSLATION).all() and parent != child):
             raise BadFrame(f'transform from {parent!r} to {child!r} is none: rotation {quaternion.tolist()}, translation '
                            f'{translation.tolist()}; it is skipped')
         known, poses = self._links.get(child, (parent, deque()))
@@ -164,12 +164,12 @@ def _at(poses: Sequence[tuple[float, np.ndarray, np.ndarray]], stamp_s: float | 
     return r0 @ rotation_matrix(share * rotation_vector(r0.T @ r1)), p0 + share * (p1 - p0)
 
 
-def wrench_at(wrench: np.ndarray, rotation: np.ndarray, place: np.ndarray) -> np.ndarray:
+def wrench_at(wrench: np.ndarray, rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """(6,) wrench at the origin of another frame {S} (paper taxel_array_image_processing, eqs 8, 9), of a wrench (6,) at the origin of a
-    frame whose pose in {S} is rotation (3, 3) and place (3,) m. A component that needs an unknown one is NaN."""
+    frame whose pose in {S} is rotation (3, 3) and origin (3,) m. A component that needs an unknown one is NaN."""
     moves = np.zeros((6, 6))
     moves[:3, :3] = moves[3:, 3:] = rotation
-    moves[3:, :3] = np.cross(place, rotation.T).T
+    moves[3:, :3] = np.cross(origin, rotation.T).T
     needed = np.abs(moves) > _ROUNDING
     return np.where(needed, moves * np.where(needed, wrench, 0), 0).sum(axis=1)
 

@@ -58,12 +58,12 @@ class MarkerSensor:
         """Height of the viewing plane in the sensor frame, m: the untouched sheet, or the top of the dome."""
         return 0.0 if self.is_sheet else self.height
 
-    def normal(self, place: np.ndarray) -> np.ndarray:
-        """(3,) unit normal, outwards, of the untouched surface over place (2,) m; outside a dome's rim that at the rim."""
+    def normal(self, xy: np.ndarray) -> np.ndarray:
+        """(3,) unit normal, outwards, of the undeformed surface at xy (2,), m; outside a dome's rim that at the rim."""
         if self.is_sheet:
             return np.array([0.0, 0.0, 1.0])
         curvature = (self.rim_radius**2 + self.height**2) / (2 * self.height)
-        x, y = np.asarray(place, float).tolist()
+        x, y = np.asarray(xy, float).tolist()
         inside = min(1.0, self.rim_radius / max(math.hypot(x, y), 1e-12)) / curvature
         return np.array([x * inside, y * inside, math.sqrt(max(1 - (x * x + y * y) * inside**2, 0.0))])
 

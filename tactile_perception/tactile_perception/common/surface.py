@@ -160,7 +160,7 @@ _LABEL_SPREAD = np.float32([0.107, 0.786, 0.107])
 class Outline:
     """One region: a closed polygon and the holes in it, in the sensor frame and on the grid (last vertex joins the first).
 
-    points: (M, 3) m, M >= 3, turning from +x to +y; holes: list of (M, 3) m, turning the other way; grid_points, grid_holes: the same
+    points: (M, 3) m, M >= 3, turning from +x to +y; holes: list of (M, 3) m, turning from +y to +x; grid_points, grid_holes: the same
     vertices as (row, column), where a dot is at whole numbers.
     """
 
@@ -188,20 +188,20 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5) 
     Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and 1, so that the border is independent of the pressure of an
     edge. Regions at the pattern's border are closed half a pitch outside the last dots.
     """
-    places, start, region, points, moments, pitch = _core.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=1.0,
+    vertices, start, region, points, moments, pitch = _core.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=1.0,
                                                                         refine=REFINE)
-    return grouped(places, points, start, region), [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in moments], pitch
+    return grouped(vertices, points, start, region), [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in moments], pitch
 
 
-def grouped(places: np.ndarray, points: np.ndarray, start: np.ndarray, region: np.ndarray) -> list[Outline]:
-    """Outlines with the holes that lie in them, from vertices places (M, 2), points (M, 3), the first ones, and M, of the polygons start
+def grouped(vertices: np.ndarray, points: np.ndarray, start: np.ndarray, region: np.ndarray) -> list[Outline]:
+    """Outlines with the holes that lie in them, from vertices (M, 2), points (M, 3), the first ones, and M, of the polygons start
     (L + 1,), and their regions (L,), as the kernels give them."""
     ends, outlines = start.tolist(), []
     for k, number in enumerate(region.tolist()):
         part = slice(ends[k], ends[k + 1])
         if number == len(outlines):
-            outlines.append(Outline(points[part], [], places[part], []))
+            outlines.append(Outline(points[part], [], vertices[part], []))
         else:
             outlines[number].holes.append(points[part])
-            outlines[number].grid_holes.append(places[part])
+            outlines[number].grid_holes.append(vertices[part])
     return outlines

@@ -12,7 +12,7 @@ from .surface import grid_normals
 
 NON_CONTACT, STICKING, SLIPPING, UNKNOWN = 0, 1, 2, 255
 _NEIGHBOURS = 8  # of a dot on a grid
-_FEWEST = 4  # points for a plane with one degree of freedom left
+_MIN_POINTS = 4  # for a plane with one degree of freedom left
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,12 @@ def scattered_normals(xyz: np.ndarray) -> np.ndarray:
     """
     normal = np.full(xyz.shape, np.nan)
     known = np.flatnonzero(np.isfinite(xyz).all(axis=1))
-    if len(known) < _FEWEST:
+    if len(known) < _MIN_POINTS:
         return normal
-    places = xyz[known]
+    positions = xyz[known]
     from scipy.spatial import cKDTree  # needed only for points
-    _, near = cKDTree(places).query(places, min(_NEIGHBOURS + 1, len(known)))
-    off = places[near] - places[near].mean(axis=1, keepdims=True)
-    least = np.linalg.eigh(np.einsum('kni,knj->kij', off, off))[1][:, :, 0]
+    _, near = cKDTree(positions).query(positions, min(_NEIGHBOURS + 1, len(known)))
+    offsets = positions[near] - positions[near].mean(axis=1, keepdims=True)
+    least = np.linalg.eigh(np.einsum('kni,knj->kij', offsets, offsets))[1][:, :, 0]
     normal[known] = least * np.where(least[:, 2:] < 0, -1.0, 1.0)
     return normal

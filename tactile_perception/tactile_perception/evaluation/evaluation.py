@@ -16,7 +16,7 @@ from .scores import label_f1, macro_f1, normalised_square, region_iou
 
 DOT_STATES = ('untouched', 'sticking', 'slipping')
 SLIP_STATES = ('none', 'incipient', 'gross')
-_WEAK = 0.05  # chosen, of the largest force and moment: relative errors of smaller ones mean little
+_WEAK = 0.05  # of the largest force and moment: relative errors of smaller ones mean little
 FLAGS = {'OUT_OF_RANGE': OUT_OF_RANGE, 'AT_EDGE': AT_EDGE, 'AMBIGUOUS': AMBIGUOUS, 'SATURATED': SATURATED}
 
 

@@ -30,7 +30,7 @@ _FIELDS = {'contacts': ('contacts', contacts_from_message), 'contact_region': ('
            'slip': ('slip', slip_from_message), 'wrench': ('wrench', wrench_from_message)}
 _RAW = {'image_raw', 'left/image_raw', 'voltages'}
 _LONGEST_NS = 60_000_000  # between two known stamps. Derived: a little more than the longest batch of psd_node
-_SAME_CLOCK_S = 60.0  # chosen: a longer latency means that the stamps come from another clock
+_SAME_CLOCK_S = 60.0  # a longer latency means that the stamps come from another clock
 
 
 class JudgedBag:
@@ -77,9 +77,9 @@ class JudgedBag:
                 self.left_out.add(topic, str(error), stamp)
         stamps, used = sorted(true) if self.true == ['contacts'] else [], set()
         for stamp in sorted(reported):
-            known, place = true.get(stamp), bisect_left(stamps, stamp)
-            if known is None and 0 < place < len(stamps) and stamps[place] - stamps[place - 1] <= _LONGEST_NS:
-                first, last = stamps[place - 1:place + 1]
+            known, index = true.get(stamp), bisect_left(stamps, stamp)
+            if known is None and 0 < index < len(stamps) and stamps[index] - stamps[index - 1] <= _LONGEST_NS:
+                first, last = stamps[index - 1:index + 1]
                 used |= {first, last}
                 known = Instant(contacts=_between(true[first].contacts, true[last].contacts, (stamp - first) / (last - first)))
             if known is None:
@@ -127,7 +127,7 @@ def _spread(seconds: list[float]) -> dict[str, float]:
 
 
 def _between(before: list[ContactEstimate], after: list[ContactEstimate], part: float) -> list[ContactEstimate]:
-    """Contacts at a part of the way from before to after: moved evenly where they are the same, otherwise those before."""
+    """Contacts at a fraction of the time from before to after: interpolated where the ids are the same, otherwise those before."""
     then = {contact.id: contact for contact in after}
     if {contact.id for contact in before} != set(then):
         return before

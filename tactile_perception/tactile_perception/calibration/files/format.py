@@ -28,7 +28,7 @@ SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'paramet
             'residuals': dict, 'calibrated_range': dict, 'outliers': list, 'left_out': list}
 ARRAYS = 'arrays'  # section of a file with fitted arrays: name of the .npz file beside it, and its SHA-256
 AGAIN = 'run `ros2 run tactile_perception calibrate` again'
-_DIGITS = 7  # significant digits of each number written, chosen
+_DIGITS = 7  # significant digits of each number written
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # measured: libyaml takes a tenth of the time, also to write
 
 
@@ -133,7 +133,7 @@ def _replace(path: Path, content: bytes) -> None:
 
 
 def _replaced(value, name: str, leaf: Callable[[object, str], object]):
-    """value with leaf(part, name of the part) in the place of each part of its dictionaries and lists; tuples become lists."""
+    """value with leaf(part, name of the part) instead of each part of its dictionaries and lists; tuples become lists."""
     if isinstance(value, Mapping):
         return {key: _replaced(part, f'{name}.{key}'.lstrip('.'), leaf) for key, part in value.items()}
     if isinstance(value, (list, tuple)):

@@ -28,23 +28,23 @@ _FARTHEST_PX = 1e6  # wider than any image
 _LARGEST_PX2 = _FARTHEST_PX**2
 _FARTHEST_M = 100.0  # from the origin, which is on the sensor
 _LARGEST = 1e9  # of forces, velocities, covariances in SI units
-_IN_IMAGE, _PLACES = ('u', 'v', 'du', 'dv', 'area'), ('x', 'y', 'z')
+_IN_IMAGE, _POSITION_FIELDS = ('u', 'v', 'du', 'dv', 'area'), ('x', 'y', 'z')
 _DOT_LIMITS = np.array([_FARTHEST_PX] * 4 + [_LARGEST_PX2] + [_FARTHEST_M] * 3)
 
 
 def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (N,) int64 of dots, and (8, N) float64 u, v, du, dv, area, x, y, z; (5, N) without places.
+    """Indices (N,) int64 of dots, and (8, N) float64 u, v, du, dv, area, x, y, z; (5, N) without positions.
 
-    Raises BadFrame unless arrays have equal lengths, indices are unique and on the grid, and places within an image.
+    Raises BadFrame unless arrays have equal lengths, indices are unique and on the grid, and positions within an image.
     """
     count = len(message.id)
     _check_lengths('dots', message, _IN_IMAGE, count)
-    places = [len(getattr(message, name)) for name in _PLACES]
-    if set(places) not in ({0}, {count}):
-        raise BadFrame(f'dots: x, y, z have {", ".join(map(str, places))} entries, id has {count}')
+    positions = [len(getattr(message, name)) for name in _POSITION_FIELDS]
+    if set(positions) not in ({0}, {count}):
+        raise BadFrame(f'dots: x, y, z have {", ".join(map(str, positions))} entries, id has {count}')
     ids = np.asarray(message.id, np.int64)
     _check_ids('dots', ids, message.rows * message.columns)
-    names = (*_IN_IMAGE, *_PLACES) if count and places[0] else _IN_IMAGE
+    names = (*_IN_IMAGE, *_POSITION_FIELDS) if count and positions[0] else _IN_IMAGE
     numbers = np.array([getattr(message, name) for name in names], float)
     limits = _DOT_LIMITS[:len(names)]
     if (np.abs(numbers) > limits[:, None]).any() or np.isnan(numbers[:2]).any():
@@ -130,9 +130,9 @@ def _check_values(what: str, values, limit: float, known: bool = False) -> None:
         raise BadFrame(f'{what} holds {values[bad][0]:g}; allowed are magnitudes up to {limit:g}{"" if known else ", and NaN: not known"}')
 
 
-#: Limits of plumb_bob numbers, beyond any lens: chosen, so that the algorithms do not overflow.
-_SHORTEST_FOCUS, _STRONGEST_DISTORTION = 1.0, 1e6
-_NO_DISTORTION = 1e-12  # a smaller coefficient counts as 0: it bends no ray, and the inversion would divide by it; chosen
+#: Limits of plumb_bob numbers, beyond any lens: so that the algorithms do not overflow.
+_MIN_FOCAL_LENGTH_PX, _MAX_DISTORTION = 1.0, 1e6
+_NO_DISTORTION = 1e-12  # a smaller coefficient counts as 0: it bends no ray, and the inversion would divide by it
 
 
 def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:
@@ -157,11 +157,11 @@ def _check_camera(matrix: np.ndarray, distortion: np.ndarray) -> None:
     """Raise BadFrame unless K (3, 3) and the plumb_bob coefficients are finite and plausible."""
     focus, middle = matrix[[0, 1], [0, 1]], matrix[:2, 2]
     rest = matrix[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]]
-    if not ((focus >= _SHORTEST_FOCUS) & (focus <= _FARTHEST_PX)).all() or not (np.abs(middle) <= _FARTHEST_PX).all() \
+    if not ((focus >= _MIN_FOCAL_LENGTH_PX) & (focus <= _FARTHEST_PX)).all() or not (np.abs(middle) <= _FARTHEST_PX).all() \
             or rest.tolist() != [0, 0, 0, 0, 1]:
         raise BadFrame(f'camera_info: k {matrix.ravel().tolist()} is not of a camera, [fx 0 cx, 0 fy cy, 0 0 1] in px with fx and fy from '
-                       f'{_SHORTEST_FOCUS:g} px on; calibrate the camera, or publish zeros where it is not calibrated')
-    if not (np.abs(distortion) <= _STRONGEST_DISTORTION).all():
+                       f'{_MIN_FOCAL_LENGTH_PX:g} px on; calibrate the camera, or publish zeros where it is not calibrated')
+    if not (np.abs(distortion) <= _MAX_DISTORTION).all():
         raise BadFrame(f'camera_info: distortion {distortion.tolist()} is beyond any lens; calibrate the camera')
 
 
@@ -329,9 +329,9 @@ def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
 def slip_from_message(message: Slip) -> SlipEstimate:
     """The slip. Raises BadFrame for an undefined state, arrays of different lengths, or an infinite number."""
     check_numbers(message)
-    places = (np.array(getattr(message, name), float) for name in ('x', 'y', 'vx', 'vy'))
+    positions = (np.array(getattr(message, name), float) for name in ('x', 'y', 'vx', 'vy'))
     return SlipEstimate(message.state, message.slipping_fraction, _xyz(message.velocity.linear), _xyz(message.velocity.angular),
-                        _xyz(message.rotation_center), *places, message.confidence)
+                        _xyz(message.rotation_center), *positions, message.confidence)
 
 
 def wrench_from_message(message: WrenchStamped) -> np.ndarray:

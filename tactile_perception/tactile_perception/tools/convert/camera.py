@@ -24,7 +24,7 @@ from ...common.marker_sensor import MARKER_SENSORS
 from ...dots.parameters import DOT_PARAMETERS
 from ...errors import BadRecording
 
-#: What recordings tell of the ground truth.
+#: What recordings hold of the ground truth.
 KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'
 FIRST_S = 1.0  # much of ROS takes a stamp of zero for an unknown time
 #: Frames averaged for the reference: the parameter's default.
@@ -160,13 +160,13 @@ class Recording:
         touched = truth['dot_contact']
         if not touched.any():
             return np.full(6, np.nan)
-        slip, place = truth['dot_slip'][touched].astype(float), truth['dot_xyz'][touched].astype(float)
+        slip, position = truth['dot_slip'][touched].astype(float), truth['dot_xyz'][touched].astype(float)
         if not slip.any():
             return np.zeros(6)
-        blocks = np.zeros((len(place), 3, 6))
+        blocks = np.zeros((len(position), 3, 6))
         blocks[:, :, :3] = np.eye(3)
         for axis in range(3):
-            blocks[:, :, 3 + axis] = np.cross(np.eye(3)[axis], place)
+            blocks[:, :, 3 + axis] = np.cross(np.eye(3)[axis], position)
         return np.linalg.lstsq(blocks.reshape(-1, 6), -slip.ravel() / self._interval, rcond=None)[0]
 
     def _touches(self, truth: dict) -> list[Touch]:
@@ -175,8 +175,8 @@ class Recording:
         if len(parts) > 1:
             return [_touch(truth['part_centroid'][k], truth['part_depth'][k], truth['part_force'][k]) for k in parts]
         round_tool = self.sensor.get('static') or self.sensor['sensor'] in MARKER_SENSORS
-        place = truth['obj_p'] if round_tool else truth['contact_centroid']
-        return [_touch(place, truth['depth'], truth['force'])]
+        position = truth['obj_p'] if round_tool else truth['contact_centroid']
+        return [_touch(position, truth['depth'], truth['force'])]
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:
@@ -218,9 +218,9 @@ def sensor_parameters(sensor: dict) -> dict[str, object]:
 
 def _pitch(dots: dict) -> list[float]:
     """Nominal pitch along rows and along columns, m."""
-    places = {tuple(rc): np.array(xyz, float) for rc, xyz in zip(dots['row_col'], dots['rest_xyz_nominal'])}
+    positions = {tuple(rc): np.array(xyz, float) for rc, xyz in zip(dots['row_col'], dots['rest_xyz_nominal'])}
     pitch = []
     for step in ((0, 1), (1, 0)):
-        nexts = ((place, places.get((rc[0] + step[0], rc[1] + step[1]))) for rc, place in places.items())
-        pitch.append(round(float(np.median([np.linalg.norm(after - place) for place, after in nexts if after is not None])), 7))
+        nexts = ((position, positions.get((rc[0] + step[0], rc[1] + step[1]))) for rc, position in positions.items())
+        pitch.append(round(float(np.median([np.linalg.norm(after - position) for position, after in nexts if after is not None])), 7))
     return pitch

@@ -25,10 +25,10 @@ _GRAVITY = 9.81  # m/s^2
 # The .npz of imprints: the name of an array is a letter for the weight (g) and a number; the pitch is 3.4 mm.
 _GRAMS = {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
 _PITCH_M = 3.4e-3  # m
-_FINE = 16  # chosen: subdivisions of a taxel for the outlines of the ground truth
-_PAUSE_S = 1.0  # chosen: time between imprints
-_LOADED = 0.8  # chosen: fraction of the 90th percentile of an imprint's sums above which the whole weight is on the array
-_SETTLED = 0.5  # chosen: fraction of the loaded time after which the load is taken as settled
+_FINE = 16  # subdivisions of a taxel for the outlines of the ground truth
+_PAUSE_S = 1.0  # time between imprints
+_LOADED = 0.8  # fraction of the 90th percentile of an imprint's sums above which the whole weight is on the array
+_SETTLED = 0.5  # fraction of the loaded time after which the load is taken as settled
 
 
 class _Row(NamedTuple):
@@ -114,8 +114,8 @@ def _loops(fraction: np.ndarray, pitch: float) -> tuple[list, list]:
     padded = cv2.copyMakeBorder(fraction, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
     fine = cv2.resize(padded, None, fx=_FINE, fy=_FINE, interpolation=cv2.INTER_LINEAR)
     loops, families = cv2.findContours((fine >= 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
-    places = [pitch * ((loop.reshape(-1, 2) + 0.5) / _FINE - 0.5 * np.array(padded.shape[::-1])) for loop in loops]
-    whole = [(np.column_stack([xy, np.zeros(len(xy))]), family[3] >= 0) for xy, family in zip(places, families[0])] if places else []
+    vertices = [pitch * ((loop.reshape(-1, 2) + 0.5) / _FINE - 0.5 * np.array(padded.shape[::-1])) for loop in loops]
+    whole = [(np.column_stack([xy, np.zeros(len(xy))]), family[3] >= 0) for xy, family in zip(vertices, families[0])] if vertices else []
     return [loop for loop, hole in whole if not hole], [loop for loop, hole in whole if hole]
 
 
