@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The functions of the public face that no other module has: one call each for what a node does in several steps."""
+"""Functions of the public interface that do in one call what a node does in several steps."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -30,23 +30,71 @@ _TABLES = {TOUCHPAD_NODE: TOUCHPAD_PARAMETERS, PRESS_NODE: MARKER_PARAMETERS, GE
 
 
 def detect_dots(image: np.ndarray, polarity: str = 'dark', method: str = 'likelihood') -> Dots:
-    """The printed dots of one image, in no order.
+    """Detect the printed dots of one image.
 
-    image: (H, W) grey or (H, W, 3) BGR, uint8; polarity: 'dark' dots on bright ground, or 'bright' ones on dark; method: a name in
-    dots.detect.METHODS. Returns Dots: uv (N, 2) px (column, row), area (N,) px^2, sigma (N,) px, standard deviation of uv per
-    axis. Raises BadFrame for an image without dots (black, white, of another type or shape) and BadArgument for an unknown name.
-    For a stream of images use DotTracker, which keeps what it has learnt of the dots' appearance.
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (H, W) or (H, W, 3)
+        Grey or BGR image.
+    polarity : str
+        ``dark`` for dark dots on a bright ground, ``bright`` for bright dots on a dark ground.
+    method : str
+        Name in ``dots.detect.METHODS``.
+
+    Returns
+    -------
+    Dots
+        Positions ``uv`` (N, 2) as column and row in px, areas ``area`` (N,) in px^2, and the standard deviation ``sigma`` (N,) of a
+        position along each axis in px, in no particular order.
+
+    Raises
+    ------
+    BadFrame
+        If the image has no dots, or is of another type or shape.
+    BadArgument
+        If a name is unknown.
+
+    Notes
+    -----
+    For a stream of images use `DotTracker`, which keeps the appearance of the dots.
+
+    Examples
+    --------
+    >>> import cv2
+    >>> image = np.full((120, 160), 200, np.uint8)
+    >>> for u in range(20, 160, 20):
+    ...     for v in range(20, 120, 20):
+    ...         image = cv2.circle(image, (u, v), 4, 40, -1)
+    >>> len(detect_dots(cv2.GaussianBlur(image, (0, 0), 1.0)))
+    35
     """
     return DotDetector(polarity, method).detect(image)
 
 
 def load_marker_touch(values: Mapping, matrix: np.ndarray | None = None, distortion: np.ndarray | None = None) -> TouchEstimator:
-    """The calibrated touch estimator of a sheet or a dome with markers, as press_contact_node runs it.
+    """Make the calibrated contact estimator of a sheet or a dome with markers, as ``press_contact_node`` runs it.
 
-    values: of node_parameters('press_contact_node', ...), with calibration the path of a file that `calibrate` wrote; matrix: K (3, 3) and
-    distortion: (5,) of the camera, neither for an image that is stitched from two. Its process(tracks, stamp_s) takes the DotTracks of
-    DotTracker and returns region, contacts, wrench (6,) N and N m, and points. Raises BadArgument for a camera that is missing, and
-    BadCalibration for a file that cannot be used.
+    Parameters
+    ----------
+    values : Mapping
+        Parameters of ``node_parameters('press_contact_node', ...)``; ``calibration`` is the path of a file that `calibrate` wrote.
+    matrix : ndarray, shape (3, 3), optional
+        Camera matrix in px; None for an image that is stitched from two cameras.
+    distortion : ndarray, shape (5,), optional
+        Distortion of the camera, model ``plumb_bob``.
+
+    Returns
+    -------
+    TouchEstimator
+        Its ``process(tracks, stamp_s)`` takes the `DotTracks` of a `DotTracker` and returns region, contacts, wrench (6,) in N and N m,
+        and points.
+
+    Raises
+    ------
+    BadArgument
+        If the camera is missing.
+    BadCalibration
+        If the calibration file cannot be used.
     """
     sensor = marker_sensor(values)
     calibration = read_touch(values['calibration'], sensor.type, values)
@@ -59,10 +107,29 @@ def load_marker_touch(values: Mapping, matrix: np.ndarray | None = None, distort
 
 
 def node_parameters(node: str, path: str | Path | None = None) -> dict[str, object]:
-    """Name -> value of a node's parameters: the defaults, then those that the parameter file at path has for the node.
+    """Parameters of a node: the defaults, overridden by a parameter file.
 
-    node: a perception node, such as touchpad_contact_node. Raises BadArgument for another node, a file that cannot be read, and a value
-    that is not allowed.
+    Parameters
+    ----------
+    node : str
+        Name of a perception node.
+    path : str or Path, optional
+        Parameter file; only its section of this node is read.
+
+    Returns
+    -------
+    dict
+        Name to value.
+
+    Raises
+    ------
+    BadArgument
+        If the node is unknown, the file cannot be read, or a value is not allowed.
+
+    Examples
+    --------
+    >>> node_parameters('touchpad_contact_node')['sensor_type']
+    'touchpad'
     """
     if node not in _TABLES:
         raise BadArgument(f'no node {node!r}; there are {", ".join(_TABLES)}')

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a sensor's perception is: one object that its node, process_bag, evaluate and the Python face run."""
+"""The stage: perception of a sensor as one object, which its node, process_bag, evaluate and scripts run."""
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
@@ -15,8 +15,21 @@ from .nodes.messages.conversions import check_message, stamp_seconds
 
 
 class Input(NamedTuple):
-    """What a stage processes. topic, type: of its messages; depth: of the queue of a node; patience_s: s that a message may wait in it,
-    None for the usual time; latched: whether the last message from before the subscription counts."""
+    """Messages that a stage processes.
+
+    Parameters
+    ----------
+    topic : str
+        Topic of the messages.
+    type : type
+        Type of the messages.
+    depth : int
+        Depth of the node's queue.
+    patience_s : float, optional
+        Time in s that a message may wait in the queue; None for the default.
+    latched : bool
+        Whether the last message before the subscription counts.
+    """
 
     topic: str
     type: type
@@ -26,11 +39,27 @@ class Input(NamedTuple):
 
 
 class Stage(ABC):
-    """Messages of a sensor in, estimates out. It holds what a message hands to the next.
+    """Base class of stages: messages of a sensor in, estimates out. A stage holds the state between messages.
 
-    node: name of the node that runs it; parameters: its table. values: of the parameters; a calibration that they name is read at once, and
-    then are known, at the latest: input, what it processes; outputs, topic -> type of what it estimates; has_reference, whether it can take
-    a new untouched reference. A subclass computes the estimates in `estimate`.
+    A subclass computes the estimates in `estimate`.
+
+    Parameters
+    ----------
+    values : Mapping
+        Values of the parameters. A calibration that they name is read at once.
+
+    Attributes
+    ----------
+    node : str
+        Name of the node that runs the stage.
+    parameters : sequence of Parameter
+        Table of its parameters.
+    input : Input
+        Messages that it processes, known once it is made.
+    outputs : Mapping
+        Topic to type of its estimates, known once it is made.
+    has_reference : bool
+        Whether it can take a new undeformed reference.
     """
 
     node: ClassVar[str]
@@ -46,11 +75,24 @@ class Stage(ABC):
 
     @property
     def side_inputs(self) -> Sequence[Input]:
-        """What arrives beside the input, for `take`."""
+        """Inputs besides the main one, for `take`."""
         return ()
 
     def take(self, topic: str, message) -> None:
-        """Take a message of a side input. Raises TactileError for one that cannot be used."""
+        """Take a message of a side input.
+
+        Parameters
+        ----------
+        topic : str
+            Topic of the message.
+        message : object
+            The message.
+
+        Raises
+        ------
+        TactileError
+            If the message cannot be used.
+        """
 
     @property
     def waits(self) -> bool:
@@ -58,45 +100,138 @@ class Stage(ABC):
         return False
 
     def process(self, message, topics: Collection[str] | None = None) -> dict[str, list]:
-        """Topic -> messages estimated from one message, for the topics, None for all. A stamp that goes back resets the stage.
+        """Estimate from one message. A stamp that goes back resets the stage.
 
-        Raises BadFrame for a message that cannot be used, with what could be estimated before; ClockSetBack for one whose stamp went back.
+        Parameters
+        ----------
+        message : object
+            Message of the input.
+        topics : collection of str, optional
+            Topics that are needed; None for all.
+
+        Returns
+        -------
+        dict
+            Topic to list of messages.
+
+        Raises
+        ------
+        BadFrame
+            If the message cannot be used; `BadFrame.partial` has what could be estimated.
+        ClockSetBack
+            If the stamp of the message went back.
         """
         self.check(message)
         stamp_s = stamp_seconds(message.header)
-        with self._clock.at(stamp_s) as begins_again:
-            if begins_again:
+        with self._clock.at(stamp_s) as restarts:
+            if restarts:
                 check_message(message)  # one that is refused resets nothing
                 self.reset()
             return self.estimate(message, stamp_s, self.outputs if topics is None else topics)
 
     @abstractmethod
     def estimate(self, message, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
-        """What process returns; stamp_s: of the message, s. Raises BadFrame."""
+        """Compute what `process` returns.
+
+        Parameters
+        ----------
+        message : object
+            Message of the input.
+        stamp_s : float
+            Its stamp, in s.
+        topics : collection of str
+            Topics that are needed.
+
+        Returns
+        -------
+        dict
+            Topic to list of messages.
+
+        Raises
+        ------
+        BadFrame
+            If the message cannot be used.
+        """
 
     @abstractmethod
     def reset(self) -> None:
-        """Drop all earlier messages."""
+        """Forget all earlier messages."""
 
     def set_reference(self) -> None:
-        """Take the untouched reference from the next messages."""
+        """Take the undeformed reference from the next messages."""
 
     def check(self, message) -> None:
-        """Raise BadFrame for a message that cannot be used, whatever came before it."""
+        """Check a message independently of earlier ones.
+
+        Parameters
+        ----------
+        message : object
+            Message of the input.
+
+        Raises
+        ------
+        BadFrame
+            If the message cannot be used.
+        """
 
     def use_frame(self, frame_id: str) -> None:
-        """Name the sensor frame, in which results are; a stage whose input names it ignores this."""
+        """Set the name of the sensor frame, in which results are. A stage whose input names it ignores this.
+
+        Parameters
+        ----------
+        frame_id : str
+            Name of the frame.
+        """
 
     def check_change(self, values: Mapping) -> None:
-        """Raise BadArgument for values of the parameters that do not fit together."""
+        """Check whether values of the parameters fit together.
+
+        Parameters
+        ----------
+        values : Mapping
+            Values of all parameters.
+
+        Raises
+        ------
+        BadArgument
+            If they do not.
+        """
 
     def change(self, values: Mapping) -> None:
-        """Take new values of the parameters that may change while it runs. Raises BadArgument."""
+        """Take new values of parameters that may change while the stage runs.
+
+        Parameters
+        ----------
+        values : Mapping
+            The changed values.
+
+        Raises
+        ------
+        BadArgument
+            If a value cannot be used.
+        """
 
     def health(self) -> tuple[str, dict]:
-        """A warning ('' for none) and name -> value, for /diagnostics."""
+        """Report the state for /diagnostics.
+
+        Returns
+        -------
+        tuple of str and dict
+            A warning, empty for none, and named values.
+        """
         return '', {}
 
     def covered_ns(self, message) -> int:
-        """Duration of the samples of a message, ns; 0 where messages come at a fixed rate."""
+        """Duration of the samples of a message.
+
+        Parameters
+        ----------
+        message : object
+            Message of the input.
+
+        Returns
+        -------
+        int
+            Duration in ns; 0 where messages come at a fixed rate.
+        """
         return 0

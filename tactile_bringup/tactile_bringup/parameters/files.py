@@ -33,8 +33,8 @@ _WHOLE = '# Parameters of the nodes of sensor type {}. Copy it, change the copy,
 _SIMULATED = "# The simulated {0} (source:=sim): the parameters that differ from the nodes' defaults; {0}.yaml explains all.\n"
 _MARKER_VIDEO = ('# Any camera or video of dots, dark or bright, of any size, in a grid or not: dots, numbers or tracks.\n'
                  '# What the dots are is measured in the first image, of the untouched sensor, and reported on /diagnostics.\n')
-_PIN_DOME = ('# A dome of pins over a camera, as TacTip with 127 or 331 of them, in any pattern: dots, contact region;\n'
-             '# after calibrate with known presses place and depth of a contact. Pins keep the numbers of the first image.\n'
+_PIN_DOME = ('# A dome of pins over a camera, such as TacTip with 127 or 331 pins, in any pattern: dots, contact region;\n'
+             '# after calibrate with known presses also position and depth of a contact. Pins keep the numbers of the first image.\n'
              '# Distances are not public: put in yours as gel.pitch. Until then no area is reported.\n')
 _GELSIGHT_MINI = ('# Any flat gel with dots over a camera, as GelSight Mini: contact region, contacts, wrench.\n'
                   '# What the dots are, and their grid, is measured in the first image, of the untouched gel.\n'
@@ -81,9 +81,9 @@ def _text(sensor_type: str, about: str, changed: Mapping[str, object], left_out:
     known, text = _BY_LAUNCH | {p.name for p in shared}, []
     sections = {'/**': shared, **{f'/**/{name}': [p for p in table if p.name not in known] for name, table in nodes.items()}}
     for node, table in sections.items():
-        chosen = [replace(p, default=changed.get(p.name, p.default)) for p in table
+        selected = [replace(p, default=changed.get(p.name, p.default)) for p in table
                   if not p.name.startswith(left_out) and (whole or p.name in {**changed, 'sensor_type': ''})]
-        text += [to_yaml(chosen, node)] if chosen and not node.endswith(left_out) else []
+        text += [to_yaml(selected, node)] if selected and not node.endswith(left_out) else []
     return LICENCE + about + _MADE + '\n'.join(text)
 
 

@@ -30,49 +30,50 @@ MARKERS_PARAMETERS = (
               read_only=True),
     Parameter('camera.translation', list[float], [0.0, 0.0, 0.04], 'm', "sensor frame's origin in the camera frame", -10.0, 10.0,
               read_only=True),
-    Parameter('calibration', str, '', '', 'of two cameras: calibration file, which tells where places appear in the stitched picture',
+    Parameter('calibration', str, '', '', 'two cameras: calibration file, which maps positions to pixels of the stitched image',
               read_only=True),
     Parameter('dot_size', float, 0.0006, 'm', 'diameter of a dot among the markers; lines and arrows are in proportion', 1e-5, 1.0),
-    Parameter('dot_colour', str, 'state', '', 'what colours dots tell: contact state, or depth under the untouched sheet or dome',
+    Parameter('dot_colour', str, 'state', '', 'what the colour of a dot shows: contact state, or depth below the undeformed sheet or dome',
               choices=('state', 'depth')),
-    Parameter('sensor_type', str, 'touchpad', '', 'tells what the untouched surface is: a cap, a sheet or a dome', read_only=True),
-    Parameter('cap.curvature_radius', float, 0.020, 'm', 'touchpad: radius of the untouched sphere', 1e-4, 10.0, read_only=True),
+    Parameter('sensor_type', str, 'touchpad', '', 'sensor type, which determines the undeformed surface: a cap, a sheet or a dome',
+              read_only=True),
+    Parameter('cap.curvature_radius', float, 0.020, 'm', 'touchpad: radius of the undeformed sphere', 1e-4, 10.0, read_only=True),
     Parameter('cap.height', float, 0.013, 'm', 'touchpad: height over the rim', 1e-4, 10.0, read_only=True),
     Parameter('dome.rim_radius', float, 0.0, 'm', 'air_cushion: radius of the rim', 0.0, 10.0, read_only=True),
     Parameter('dome.height', float, 0.0, 'm', 'air_cushion: height over the rim', 0.0, 10.0, read_only=True),
-    Parameter('full_depth', float, 0.003, 'm', 'depth under the untouched surface where the scale of colours ends', 1e-5, 1.0),
+    Parameter('full_depth', float, 0.003, 'm', 'depth below the undeformed surface where the colour scale ends', 1e-5, 1.0),
     Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0),
-    Parameter('picture_rate', float, 0.0, 'Hz', 'image_annotated is drawn at most so often, by the stamps; 0: for each image', 0.0, 1000.0,
+    Parameter('picture_rate', float, 0.0, 'Hz', 'maximum rate of image_annotated, by the stamps; 0: each image', 0.0, 1000.0,
               read_only=True),
     *_arrows(0.009, 4.0, 0.03), *_TEXT,
 )
 
 FINGER_MARKERS_PARAMETERS = (
-    Parameter('frame_id', str, 'psd_finger', '', 'the sensor frame; /tf_static tells where its tip is', read_only=True),
-    Parameter('radius', float, 0.016, 'm', "of the hemisphere's outside", 1e-4, 1.0, read_only=True),
+    Parameter('frame_id', str, 'psd_finger', '', 'the sensor frame; /tf_static has the position of its tip', read_only=True),
+    Parameter('radius', float, 0.016, 'm', 'outer radius of the hemisphere', 1e-4, 1.0, read_only=True),
     Parameter('point_size', float, 0.0015, 'm', 'diameter of a contact among the markers; lines and arrows are in proportion', 1e-5, 1.0,
               read_only=True),
     Parameter('normal_length', float, 0.008, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
-    Parameter('rate', float, 30.0, 'Hz', 'markers and pictures are drawn at most so often, by the stamps', 0.1, 1000.0, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'maximum rate of markers and images, by the stamps', 0.1, 1000.0, read_only=True),
     *_TEXT,
 )
 
 TAXEL_MARKERS_PARAMETERS = (
-    Parameter('frame_id', str, 'taxel_array', '', 'the sensor frame; /tf_static tells where the taxels are', read_only=True),
-    Parameter('pitch', float, 0.001, 'm', 'from taxel to taxel; lines and arrows are in proportion', 1e-5, 0.1, read_only=True),
-    Parameter('cell_height', float, 0.002, 'm', 'of the pad: so far under its surface the cells are drawn', 1e-5, 0.1, read_only=True),
-    Parameter('full_value', float, 120.0, '', 'value of a taxel where the scale of colours ends', 1.0, 65535.0, read_only=True),
+    Parameter('frame_id', str, 'taxel_array', '', 'the sensor frame; /tf_static has the position of the taxels', read_only=True),
+    Parameter('pitch', float, 0.001, 'm', 'distance of neighbouring taxels; lines and arrows are in proportion', 1e-5, 0.1, read_only=True),
+    Parameter('cell_height', float, 0.002, 'm', 'depth below the surface of the pad at which cells are drawn', 1e-5, 0.1, read_only=True),
+    Parameter('full_value', float, 120.0, '', 'value of a taxel where the colour scale ends', 1.0, 65535.0, read_only=True),
     Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
     *_arrows(0.009, 120.0, 1.0, read_only=True),
     Parameter('flow_scale', float, 0.5, 's', 'length of the flow arrows for each m/s', 0.0, 1e3, read_only=True),
-    Parameter('rate', float, 30.0, 'Hz', 'markers and pictures are drawn at most so often, by the stamps', 0.1, 1000.0, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'maximum rate of markers and images, by the stamps', 0.1, 1000.0, read_only=True),
     *_TEXT,
 )
 
 RECORD_PARAMETERS = (
     Parameter('bag', str, '', '', 'rosbag2 folder (MCAP) to write; it must not exist', read_only=True),
-    Parameter('pictures', bool, False, '', 'record markers and image_annotated too, which can be made again from the rest', read_only=True),
-    Parameter('patience', float, 15.0, 's', 'how long raw data wait for somebody who works on them: a recording that is played begins with '
+    Parameter('pictures', bool, False, '', 'record markers and image_annotated too, which other topics reproduce', read_only=True),
+    Parameter('patience', float, 15.0, 's', 'how long raw data wait for a node that processes them, because a recording starts with '
               'its first subscriber', 0.0, 1e3, read_only=True),
 )
 
@@ -84,10 +85,10 @@ CALIBRATE_PARAMETERS = (
     Parameter('weights', list[float], [], 'N', 'array: known weights, in the order in which they are laid on', 0.0, 1e5, read_only=True),
     Parameter('holes', list[float], [], 'm', 'x y of each hole of a guide plate, in the order in which they are pressed', -10.0, 10.0,
               read_only=True),
-    Parameter('collars', list[float], [], 'm', 'depths to which the collars of a hand-held tool let it in', 0.0, 1.0, read_only=True),
+    Parameter('collars', list[float], [], 'm', 'depths to which the collars of a hand-held tool limit a press', 0.0, 1.0, read_only=True),
     Parameter('mounting', list[float], [], '', 'x y z, m, and rotation vector, rad, of the sensor in the frame base; empty: /tf has it',
               read_only=True),
-    Parameter('find', bool, False, '', 'touches find the sensor first; mounting is known by hand only', read_only=True),
+    Parameter('find', bool, False, '', 'contacts find the pose of the sensor first; mounting is only approximate', read_only=True),
     Parameter('base', str, 'base_link', '', 'frame of /tf in which mounting is', read_only=True),
     Parameter('params', str, '', '', "the sensor's parameter file", read_only=True),
     Parameter('output', str, '', '', 'calibration file to write; the presses are kept in a folder beside it', read_only=True),
@@ -97,15 +98,15 @@ HAND_PARAMETERS = (
     Parameter('hand', str, '', '', 'YAML file with the sensors of the hand, or its URDF or xacro file', read_only=True),
     Parameter('publish_frames', bool, True, '', 'publish the frames on /tf and /tf_static; false where robot_state_publisher does',
               read_only=True),
-    Parameter('simulated_joints', bool, False, '', 'of a URDF: move all joints slowly on /joint_states while nobody else does',
+    Parameter('simulated_joints', bool, False, '', 'URDF: move all joints slowly on /joint_states while no other node does',
               read_only=True),
 )
 
-#: Frames/s of the demo's video, and its pictures; chosen: half a camera's usual 30, for drawing and encoding take most of a core.
+#: Frames/s of the demo's video and images: half of a camera's usual 30, because drawing and encoding take most of a core.
 VIDEO_RATE = 15.0
 
 DEMO_PARAMETERS = (
-    Parameter('out', str, 'out/demo', '', 'folder for pictures and video', read_only=True),
-    Parameter('seconds', float, 25.0, 's', 'how long it lasts, by the stamps; 0: until nothing comes any more', 0.0, 1e6, read_only=True),
+    Parameter('out', str, 'out/demo', '', 'folder for images and video', read_only=True),
+    Parameter('seconds', float, 25.0, 's', 'duration, by the stamps; 0: until no frame arrives', 0.0, 1e6, read_only=True),
     Parameter('patience', float, 30.0, 's', 'how long it waits for the first frame', 0.1, 1e6, read_only=True),
 )
