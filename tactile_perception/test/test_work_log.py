@@ -146,37 +146,37 @@ def test_without_times_of_reception_nothing_is_dropped():
 @pytest.fixture
 def clock():
     clock = StampClock()
-    assert not any(clock.begins_anew(100.0 + 0.1 * k) for k in range(50))
+    assert not any(clock.restarts_at(100.0 + 0.1 * k) for k in range(50))
     return clock
 
 
 def test_a_recording_that_loops_restarts_with_its_second_frame(clock):
     with pytest.raises(ClockSetBack, match=r'go back by 4\.9 s'):
-        clock.begins_anew(100.0)
-    assert [clock.begins_anew(t) for t in (100.1, 100.2, 100.3)] == [True, False, False]
+        clock.restarts_at(100.0)
+    assert [clock.restarts_at(t) for t in (100.1, 100.2, 100.3)] == [True, False, False]
 
 
 def test_one_stamp_from_the_past_has_no_effect(clock):
     with pytest.raises(ClockSetBack):
-        clock.begins_anew(3.0)
-    assert not clock.begins_anew(105.0)
+        clock.restarts_at(3.0)
+    assert not clock.restarts_at(105.0)
     with pytest.raises(ClockSetBack):
-        clock.begins_anew(4.0)
+        clock.restarts_at(4.0)
 
 
 def test_one_stamp_from_the_future_has_no_effect(clock):
     for stamp in (1e6, 2e9, 3e5):
         with pytest.raises(ClockSetBack, match='ahead'):
-            clock.begins_anew(stamp)
-    assert not clock.begins_anew(105.0)
+            clock.restarts_at(stamp)
+    assert not clock.restarts_at(105.0)
     with pytest.raises(ClockSetBack, match='ahead'):
-        clock.begins_anew(1e6)
+        clock.restarts_at(1e6)
 
 
 def test_after_a_pause_of_an_hour_the_second_frame_is_accepted(clock):
     with pytest.raises(ClockSetBack, match='ahead'):
-        clock.begins_anew(4000.0)
-    assert [clock.begins_anew(t) for t in (4000.1, 4000.2)] == [False, False]
+        clock.restarts_at(4000.0)
+    assert [clock.restarts_at(t) for t in (4000.1, 4000.2)] == [False, False]
 
 
 def test_a_frame_that_is_refused_leaves_no_stamp(clock):
@@ -198,22 +198,22 @@ def test_a_frame_that_is_refused_leaves_no_stamp(clock):
 
 @pytest.mark.parametrize('stamp', [104.9, math.nan, math.inf])
 def test_repeated_and_invalid_stamps_are_left_to_the_stage(clock, stamp):
-    assert not clock.begins_anew(stamp)
-    assert not clock.begins_anew(105.0)
+    assert not clock.restarts_at(stamp)
+    assert not clock.restarts_at(105.0)
 
 
 def test_frames_out_of_order_have_no_effect(clock):
     for stamp in (104.7, 104.8):
         with pytest.raises(ClockSetBack, match='go back by 0'):
-            clock.begins_anew(stamp)
-    assert not clock.begins_anew(105.0)
+            clock.restarts_at(stamp)
+    assert not clock.restarts_at(105.0)
     with pytest.raises(ClockSetBack):
-        clock.begins_anew(104.9)
+        clock.restarts_at(104.9)
 
 
 def test_a_step_back_of_less_than_a_second_restarts_with_the_third_frame(clock):
     for stamp in (104.2, 104.3):
         with pytest.raises(ClockSetBack):
-            clock.begins_anew(stamp)
-    assert clock.begins_anew(104.4)
-    assert not clock.begins_anew(104.5)
+            clock.restarts_at(stamp)
+    assert clock.restarts_at(104.4)
+    assert not clock.restarts_at(104.5)

@@ -66,7 +66,7 @@ def test_the_clock_names_what_goes_back_and_begins_anew_only_then(stamps):
     clock, last = StampClock(), -np.inf
     for stamp in stamps:
         try:
-            anew = clock.begins_anew(stamp)
+            anew = clock.restarts_at(stamp)
         except BadFrame:
             assert stamp < last
             continue
