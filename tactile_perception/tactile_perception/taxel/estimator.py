@@ -173,7 +173,7 @@ class TaxelEstimator:
                                        _REACH * self.array.pitch, stamp_s)
         normal = [np.nan if regions.broken else self._normal_force(region) for region in regions.all]
         contacts = [self._contact(*one, regions.broken, noise) for k, one in enumerate(zip(regions.all, tracked, normal))
-                    if k == 0 or one[1].lasting or one[0].peak >= _AT_ONCE * noise]
+                    if k == 0 or one[1].is_persistent or one[0].peak >= _AT_ONCE * noise]
         return TaxelResult(self._region(regions, motion, interval), contacts, slip, self._wrench(regions, normal, pressure), pressure,
                            partial(self._points, regions, surface, normal, slip, motion))
 

@@ -61,7 +61,7 @@ def test_a_jump_makes_a_new_contact_and_so_does_a_gap_that_is_longer_than_a_tent
 
 def test_a_contact_lasts_after_two_hundredths_of_a_second():
     tracker = Tracker()
-    assert [one.lasting for _ in range(4) for one in tracker.see(bar(0)).values()] == [False, False, True, True]
+    assert [one.is_persistent for _ in range(4) for one in tracker.see(bar(0)).values()] == [False, False, True, True]
 
 
 def test_any_labels_are_followed():
