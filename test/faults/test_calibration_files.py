@@ -6,7 +6,7 @@ from fault_rig import PATIENCE, made, planned
 
 from tactile_bringup import share
 from tactile_driver.errors import TactileError as DriverError
-from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.nodes.runtime.run import EXIT_FAILURE
 from tactile_perception.errors import TactileError
 
 READERS = {'areal_single': 'press_contact_node', 'areal_dual': 'press_contact_node', 'air_cushion': 'press_contact_node',
@@ -43,7 +43,7 @@ def test_a_bad_calibration_file_is_named(bench, files, monkeypatch, sensor_type,
 def test_a_node_with_a_bad_calibration_file_ends_with_one_line_and_its_own_code(bench, files, fault):
     path = files('psd_finger') / FAULTS[fault]
     process = bench.start('tactile_perception', 'psd_contact_node', bench.fresh('file'), calibration=path)
-    assert process.wait(PATIENCE) == WRONG
+    assert process.wait(PATIENCE) == EXIT_FAILURE
     lines = [line for line in process.log.strip().splitlines() if 'RTPS_' not in line]  # by the middleware, about killed processes
     assert len(lines) == 1 and FAULTS[fault] in lines[0], process.log
-    bench.rows.append((f'calibration file {fault}', f'{lines[0].split("]: ")[-1]} (exit code {WRONG})', float('nan')))
+    bench.rows.append((f'calibration file {fault}', f'{lines[0].split("]: ")[-1]} (exit code {EXIT_FAILURE})', float('nan')))
