@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from collections import UserDict
 from collections.abc import Iterator, Mapping
-from importlib.metadata import EntryPoint, entry_points
 from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 from .errors import BadArgument
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 
 class PluginTable(UserDict):
@@ -38,7 +41,7 @@ class PluginTable(UserDict):
 
     def __getitem__(self, name: str) -> object:
         value = self.data[name] if name in self.data else self._found()[name]
-        if isinstance(value, (str, EntryPoint)):
+        if isinstance(value, str) or name not in self.data:
             value = self.data[name] = self._imported(name, value)
         return value
 
@@ -72,9 +75,7 @@ class PluginTable(UserDict):
         KeyError
             If there is no entry of that name.
         """
-        value = self.data[name] if name in self.data else self._found()[name]
-        if isinstance(value, EntryPoint):
-            value = value.value
+        value = self.data[name] if name in self.data else self._found()[name].value
         return (value if isinstance(value, str) else value.__module__).partition('.')[0].partition(':')[0]
 
     def extended(self, more: Mapping[str, object]) -> PluginTable:
@@ -95,6 +96,7 @@ class PluginTable(UserDict):
     def _found(self) -> dict[str, EntryPoint]:
         """Entry points of other packages, by name."""
         if self._plugins is None:
+            from importlib.metadata import entry_points  # takes 0.1 s to import
             self._plugins = {}
             for entry in entry_points(group=self.group):
                 other = self._plugins.setdefault(entry.name, entry)
@@ -105,7 +107,7 @@ class PluginTable(UserDict):
 
     def _imported(self, name: str, value: str | EntryPoint) -> object:
         try:
-            return value.load() if isinstance(value, EntryPoint) else resolve_name(value)
+            return resolve_name(value) if isinstance(value, str) else value.load()
         except (ImportError, AttributeError) as error:
-            text = value.value if isinstance(value, EntryPoint) else value
+            text = value if isinstance(value, str) else value.value
             raise BadArgument(f'{self.group}: {name!r}, which is {text}, cannot be imported: {error}') from error

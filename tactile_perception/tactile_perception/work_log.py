@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from statistics import median
 
 from tactile_driver.nodes.health import MISSED
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, common_values
@@ -154,8 +153,8 @@ class WorkLog:
 
 def _middle(seconds: deque[float]) -> float:
     """The median of the known ones; NaN without any."""
-    known = [value for value in list(seconds) if not math.isnan(value)]
-    return median(known) if known else math.nan
+    known = sorted(value for value in list(seconds) if not math.isnan(value))
+    return known[len(known) // 2] if known else math.nan
 
 
 def _recent(times: deque[float]) -> list[float]:

@@ -17,7 +17,7 @@ from std_msgs.msg import String
 from ..errors import BadArgument, DeviceLost, TactileError
 from ..parameters.drivers import LIVE, check_together
 from ..parameters.table import Parameter
-from ..recordings.reader import RecordedTruth
+from ..recordings.truth import RecordedTruth
 from ..simulation.truth import TruthFrame
 from ..sources.capture import RETRY_S, Capture
 from ..sources.registry import Sources, make_source

@@ -7,7 +7,7 @@ from tactile_msgs.msg import PsdVoltages
 
 from ..frame import SampleBlock
 from ..parameters.drivers import PSD_DRIVER_PARAMETERS
-from ..recordings.reader import RecordedTruth
+from ..recordings.truth import RecordedTruth
 from ..sources.registry import PSD_SOURCES
 from ..sources.source import NS, Source
 from .driver_node import DriverNode, Stream

@@ -7,7 +7,6 @@ import posixpath
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ from ..errors import BadFrame, BadRecording
 from ..frame import COMPRESSED
 from ..frame_names import sensor_frame
 from .serialization import decode
+from .truth import RecordedTruth
 
 _MAX_REASONS = 50  # distinct reasons kept; further ones are counted together
 _NUMBER = re.compile(r'-?\d+(\.\d+)?')
@@ -239,13 +239,6 @@ def _reported(reader: BagReader, topics: set[str]) -> Iterator[dict]:
 TRUTH_TYPES = {'tip': 'geometry_msgs/msg/PointStamped', 'contacts': 'tactile_msgs/msg/Contacts',
                'contact_region': 'tactile_msgs/msg/ContactRegion', 'slip': 'tactile_msgs/msg/Slip',
                'wrench': 'geometry_msgs/msg/WrenchStamped'}
-
-
-@dataclass(frozen=True)
-class RecordedTruth:
-    """messages: (name of the topic under ground_truth/, serialised message), as recorded with one raw message."""
-
-    messages: tuple[tuple[str, bytes], ...]
 
 
 def truth_topics(types: Mapping[str, str], raw_topic: str) -> dict[str, str]:

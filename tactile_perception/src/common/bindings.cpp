@@ -5,6 +5,7 @@
 
 #include "bindings/border.hpp"
 #include "common/camera_view.hpp"
+#include "common/nearest.hpp"
 #include "common/outlines.hpp"
 #include "common/region_moments.hpp"
 
@@ -50,6 +51,15 @@ py::array_t<double> axes(const py::object& sums, const py::object& points, const
     return output(region_axes(total.data(), border.data(), first.data(), first.length() - 1, pitch), {3});
 }
 
+py::tuple nearest(const py::object& points, const py::object& queries, py::ssize_t count) {
+    const Input<double> among(points, "points", {ANY, 2}), from(queries, "queries", {ANY, 2});
+    within(count, "count", 1, MOST);
+    check_places(among, "points");
+    check_places(from, "queries");
+    const Nearest found = without_gil([&] { return nearest_points(among.data(), among.length(), from.data(), from.length(), count); });
+    return py::make_tuple(output(found.distance, {from.length(), count}), output(found.index, {from.length(), count}));
+}
+
 // Cameras and rigid motions.
 // px, and m: numbers of a camera. Chosen: beyond any camera, and squares stay far from overflow.
 constexpr double LARGEST_OF_CAMERA = 1e9;
@@ -91,6 +101,9 @@ void bind_common(py::module_& module) {
     module.def(
         "extend_surface", &wide_of, py::arg("xyz"),
         "xyz (rows, columns, 3) with two nodes more on each side (rows + 4, columns + 4, 3), extrapolated linearly from the last two.");
+    module.def("nearest_points", &nearest, py::arg("points"), py::arg("queries"), py::arg("count"),
+               "Distances (M, count) and indices (M, count) of the nearest of points (N, 2) to each of queries (M, 2), by rising distance;\n"
+               "infinite and N where there are fewer points.");
     module.def(
         "find_outlines", &outlines, py::arg("score"), py::arg("wide"), py::kw_only(), py::arg("level"), py::arg("ceiling"),
         py::arg("refine"),

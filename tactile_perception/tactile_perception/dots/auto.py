@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-import scipy
 
 from ..common.dots import Dots
+from ..common.neighbours import Neighbours
 from ..common.statistics import robust_sigma
 from ..errors import BadFrame
 from .look import (
@@ -91,7 +91,7 @@ def _discs(grey, pattern, known: Dots) -> Dots:
     found = merge([find_peaks(grey, (pattern.sign,), share * pattern.diameter)[pattern.sign] for share in _SHARES], apart)
     free = (found.correlation > _MIN_CORRELATION) & (np.abs(np.log(found.contrast(pattern.sign) / pattern.contrast)) < np.log(_MAX_RATIO))
     if len(known):
-        free &= scipy.spatial.cKDTree(known.uv).query(found.uv)[0] > apart
+        free &= Neighbours(known.uv).query(found.uv)[0] > apart
     found = found.take(free)
     parts = [place_dots(grey, pattern.sign, found.uv[found.diameter == size], size) for size in np.unique(found.diameter)]
     dots = _joined([known.take(slice(0)), *parts])
@@ -112,7 +112,7 @@ def _alike(dots: Dots, others: Dots, grey, sign, within: float) -> Dots:
     """Those of dots whose size and contrast differ no more than the others' do, or, in the contrast's logarithm, by less than within."""
     if len(others) < MIN_DOTS or not len(dots):
         return dots.take(slice(0))
-    tree, count = scipy.spatial.cKDTree(others.uv), min(_NEIGHBOURS + 1, len(others))
+    tree, count = Neighbours(others.uv), min(_NEIGHBOURS + 1, len(others))
 
     def measured(some: Dots) -> tuple[np.ndarray, np.ndarray]:  # diameters and logarithms of contrasts
         diameter = np.sqrt(4 / np.pi * some.area)

@@ -8,12 +8,12 @@ from functools import partial
 
 import cv2
 import numpy as np
-import scipy
 
 from tactile_driver.plugins import PluginTable
 
 from .. import _core
 from ..common.dots import Dots
+from ..common.neighbours import Neighbours
 from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame, by_name
 from .auto import measure_any
@@ -178,7 +178,7 @@ def _measure_markers(image, sign) -> BlobFinder:
         regions = _find_regions(cv2.threshold(smooth, max(threshold, MIN_CONTRAST), 255, cv2.THRESH_BINARY)[1])
         if len(regions.box) < 2:
             raise BadFrame('fewer than two markers found in the frame: check light, focus and the parameter polarity')
-        pitch = float(np.median(scipy.spatial.cKDTree(regions.centre).query(regions.centre, 2)[0][:, 1]))
+        pitch = float(np.median(Neighbours(regions.centre).query(regions.centre, 2)[0][:, 1]))
         box = _odd(_PER_PITCH * pitch)
     step = 2 if np.sqrt(4 / np.pi * np.median(regions.area)) >= _SMALLEST_SEGMENTED else 1
     contrast = float(above[above > threshold].mean())

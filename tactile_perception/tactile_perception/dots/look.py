@@ -14,8 +14,8 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-import scipy
 
+from ..common.neighbours import Neighbours
 from ..errors import BadFrame
 from .fit import disc_modes
 
@@ -180,8 +180,7 @@ def merge(peaks: list[Peaks], apart: float) -> Peaks:
 
 def without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
     """(N,) bool: without the lower score (N,) of any two positions uv (N, 2) px closer than apart, px."""
-    pairs = scipy.spatial.cKDTree(uv).query_pairs(apart, output_type='ndarray') if len(uv) else np.zeros((0, 2), int)
-    first, second = pairs.T
+    first, second = Neighbours(uv).pairs_within(apart)
     kept = np.ones(len(uv), bool)
     kept[np.where(score[first] < score[second], first, second)] = False
     return kept
@@ -218,15 +217,23 @@ def _spacing_odds(uv, contrast) -> tuple[float, float]:
     """Decimal logarithm of the odds of contrasts (N,), logarithms, and positions uv (N, 2) px of dots, by those of their neighbours; and
     the share of neighbours that have a mirror image."""
     count = min(_NEIGHBOURS, len(uv) - 1)
-    tree = scipy.spatial.cKDTree(uv)
-    distance, near = tree.query(uv, 2 * count + 1, distance_upper_bound=np.inf) if len(uv) > 2 * count else tree.query(uv, count + 1)
+    tree = Neighbours(uv)
+    distance, near = tree.query(uv, (2 * count if len(uv) > 2 * count else count) + 1)
     away = contrast - np.median(contrast[near], axis=1)
     alike = np.log10(2 * np.log(2) / (np.sqrt(2 * np.pi) * _CONTRAST_SIGMA)) - away**2 / (2 * _CONTRAST_SIGMA**2 * np.log(10))
     near, distance = near[:, 1:count + 1], distance[:, 1:count + 1]
     nearest = tree.query((2 * uv[:, None] - uv[near]).reshape(-1, 2))[0]
     mirrored = np.count_nonzero(nearest < _MIRRORED * distance.ravel())
-    by_chance = scipy.special.bdtrc(mirrored - 1, near.size, _CHANCE) if mirrored else 1.0
+    by_chance = _binomial_tail(mirrored, near.size, _CHANCE)
     return float(alike.sum() - np.log10(max(by_chance, 1e-300))), mirrored / near.size
+
+
+def _binomial_tail(successes: int, trials: int, probability: float) -> float:
+    """Probability of at least so many successes."""
+    count = np.arange(successes, trials + 1)
+    factorials = np.cumsum(np.log(np.maximum(np.arange(trials + 1), 1)))
+    log_ways = factorials[trials] - factorials[count] - factorials[trials - count]
+    return float(np.exp(log_ways + count * np.log(probability) + (trials - count) * np.log1p(-probability)).sum())
 
 
 def find_peaks(grey: np.ndarray, signs: tuple[int, ...], diameter: float, limit: float = MIN_CONTRAST) -> dict[int, Peaks]:

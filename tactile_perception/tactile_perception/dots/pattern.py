@@ -5,9 +5,9 @@ registration: coherent point drift, 2010: Gaussian mixture, smooth displacement)
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from ..common.dots import Dots
+from ..common.neighbours import Neighbours
 from ..errors import BadArgument, BadFrame
 from .links import FARTHEST, link_places
 
@@ -34,7 +34,7 @@ class Pattern:
         if len(uv) > MOST:
             raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, the most is {MOST}; give rows and columns of a grid')
         self.uv = uv
-        distance = scipy.spatial.cKDTree(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
+        distance = Neighbours(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
         self.spacing = np.mean(distance[0][:, 1:4], axis=1)
         self._near = distance[1][:, 1:]
         self._unit = float(np.median(self.spacing))
@@ -82,7 +82,7 @@ class Pattern:
 
     def _step(self, start, warped, uv, width):
         """Positions (K, 2) px after one step of expectation and maximisation."""
-        near = scipy.spatial.distance.cdist(warped, uv, 'sqeuclidean')
+        near = ((warped[:, None] - uv)**2).sum(axis=2)
         near *= -0.5 / width**2
         np.exp(near, out=near)
         share = near / (near.sum(axis=0) + OUTLIERS * 2 * np.pi * (width / self._unit)**2)

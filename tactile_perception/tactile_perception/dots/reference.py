@@ -14,8 +14,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
+from ..common.neighbours import Neighbours
 from ..common.statistics import upper_median
 from ..errors import BadArgument
 from .links import FARTHEST
@@ -77,7 +77,7 @@ class CalibratedRest:
             return RestJudgement()
         rest = self.uv[id[both]]
         off = uv[both] - rest
-        distance, index = (near[:, 1:] for near in scipy.spatial.cKDTree(rest).query(rest, _NEIGHBOURS + 1))
+        distance, index = (near[:, 1:] for near in Neighbours(rest).query(rest, _NEIGHBOURS + 1))
         left = _robust_residual(_affine(rest), off, _KEPT)
         together, square = np.mean(left * np.mean(left[index], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration
 from ..calibration.residuals import Residuals
@@ -37,6 +36,7 @@ def find_sphere_radius(misfit: Callable[[float], float]) -> float:
     if best in (0, len(coarse) - 1) or values[best] >= 1.0:
         raise BadCalibration(f'touchpad calibration: no sphere of {SMALLEST * 1e3:.0f} to {LARGEST * 1e3:.0f} mm radius fits the presses; '
                              'give its radius with --sphere-radius, and check that ground_truth/contacts holds the tips of sphere presses')
+    import scipy.optimize  # calibration alone needs it
     found = scipy.optimize.minimize_scalar(at, bounds=(coarse[best - 1], coarse[best + 1]), method='bounded', options={'xatol': TOLERANCE})
     return float(np.exp(found.x))
 

@@ -11,12 +11,12 @@ from typing import NamedTuple, Protocol
 
 import cv2
 import numpy as np
-from scipy.special import ndtr
 
 from tactile_driver.plugins import PluginTable
 
 from .. import _core
 from ..common.geometry import lie_on_a_line
+from ..common.statistics import normal_cdf
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
 from .pose import RigidMotion
@@ -75,7 +75,7 @@ class DotClassification:
 def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray) -> np.ndarray:
     """(N,) probability of each state. score (N,): half the dot's distance from the border, pitches, plus 1/2; slipping (N,): probability
     that it slips if it touches, NaN: unknown."""
-    reported = ndtr(np.abs(2 * score - 1) / _BORDER_NOISE)
+    reported = normal_cdf(np.abs(2 * score - 1) / _BORDER_NOISE)
     slipping = _WRONG + (1 - 2 * _WRONG) * slipping
     return np.where(state == 0, reported, reported * np.where(state == 2, slipping, 1 - slipping))
 

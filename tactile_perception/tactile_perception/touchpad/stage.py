@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import scipy.optimize  # noqa: F401 - 0.3 s for which the first image would wait otherwise
-
 from ..calibration.files.format import read_calibration
 from ..camera_stage import Matrices
 from ..dots.stage import DotStage
@@ -31,6 +29,8 @@ class TouchpadStage(DotStage):
         super().__init__(values)
         self.sensor = Touchpad.from_parameters(values)
         self.calibration = read_calibration(values['calibration'], 'touchpad', values) if values['calibration'] else None
+        if self.calibration is None:
+            import scipy.optimize  # noqa: F401 - identifies the liquid from the first image, which would wait for it otherwise
 
     def make_tracker(self, matrices: Matrices | None, size: tuple[int, int] | None) -> DotTracker:
         """See DotStage; without a camera dots have no 3D positions."""

@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
-from ...recordings.reader import RecordedTruth
+from ...recordings.truth import RecordedTruth
 from ...simulation.truth import Touch, TruthFrame
 from .conversions import point, polygon, quaternion_of, stamp_ns_of, vector
 

@@ -56,6 +56,7 @@ class GelContact:
     _held: dict = field(default_factory=dict)  # cell -> (force along the surface (2,), displacement (2,) of the surface less the object's)
 
     def __post_init__(self):
+        self._reach, self._table = -1, np.zeros((0, 9))
         self.response = Response(self.material, self.cell / np.sqrt(np.pi))
 
     def reset(self) -> None:
@@ -69,20 +70,31 @@ class GelContact:
         if not len(places):
             self.reset()
             return None
-        flexible = self.response.matrix(places, places, 'surface')
-        cells = [tuple(c) for c in np.round(places / self.cell).astype(int)]
+        index = np.round(places / self.cell).astype(int)
+        flexible, cells = self._flexibility(index), [tuple(c) for c in index]
         carried = np.array([self._held.get(c, (np.zeros(2),))[0] for c in cells])
         moved = np.array([self._held[c][1] if c in self._held else np.full(2, np.nan) for c in cells])
         along, press, slides = carried, np.zeros(len(places)), np.zeros(len(places), bool)
         for _ in range(_ROUNDS):
             lift = np.einsum('ipj,pj->i', flexible[:, 2, :, :2], along)
-            press = _pressed(flexible[:, 2, :, 2], lift - gap)
+            press = _pressed(flexible[:, 2, :, 2], lift - gap, press > 0 if press.any() else np.ones(len(press), bool))
             along, slides, surface = self._rub(flexible, press, carried, moved, middle - before)
         touching = press > 0
         self._held = {cell: (along[k], surface[k]) for k, cell in enumerate(cells) if touching[k]}
         force = np.column_stack([along, -press])
         self._shift = surface[touching].mean(axis=0)
         return GelState(places[touching], force[touching], slides[touching], np.asarray(middle, float), depth, self._shift)
+
+    def _flexibility(self, index: np.ndarray) -> np.ndarray:
+        """(M, 3, M, 3) m/N, displacements of cells (M, 2) under unit forces on each other; it depends on their offsets alone."""
+        offset = index[:, None] - index
+        reach = int(np.abs(offset).max())
+        if reach > self._reach:
+            steps = np.arange(-2 * reach, 2 * reach + 1) * self.cell
+            grid = np.stack(np.meshgrid(steps, steps, indexing='ij'), axis=-1).reshape(-1, 2)
+            self._reach, self._table = 2 * reach, self.response.matrix(grid, np.zeros((1, 2)), 'surface').reshape(-1, 9)
+        row = (offset + self._reach) @ [2 * self._reach + 1, 1]
+        return self._table[row].reshape(*row.shape, 3, 3).transpose(0, 2, 1, 3)
 
     def _candidates(self, middle, depth) -> tuple[np.ndarray, np.ndarray]:
         """Cells (M, 2) m that the undeformed surface would have inside the object, and how deep (M,), as negative heights, m."""
@@ -125,9 +137,9 @@ class GelContact:
         return along, slides, pushed + (bend @ along.ravel()).reshape(count, 2)
 
 
-def _pressed(flexible: np.ndarray, deep: np.ndarray) -> np.ndarray:
-    """Forces (M,) >= 0, N, that press each place at least deep (M,), m, and end where it would not touch; flexible: (M, M) m/N."""
-    inside = np.ones(len(deep), bool)
+def _pressed(flexible: np.ndarray, deep: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Forces (M,) >= 0, N, that press each place at least deep (M,), m, and end where it would not touch; flexible: (M, M) m/N; inside:
+    (M,) bool, those that are tried first."""
     force = np.zeros(len(deep))
     for _ in range(100):
         at = np.flatnonzero(inside)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from ..optics.camera import SimulatedCamera
 from ..optics.pattern import DotPattern
@@ -110,8 +109,19 @@ def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep:
         column, row = line[:, 0, 0], line[:, 0, 1]
         step = np.clip(-outside[row, column] / steep[row, column], 0, 1)[:, None] * slope[row, column] / steep[row, column, None]
         at = np.stack([row, column]) + step.T
-        found[int(kin[3] >= 0)].append(np.stack([map_coordinates(places[..., k], at, order=1, mode='nearest') for k in range(3)], axis=1))
+        found[int(kin[3] >= 0)].append(_interpolated(places, at))
     return found
+
+
+def _interpolated(places: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """places (a, b, 3) between its nodes at rows and columns at (2, k), bilinear; beyond the border as on it."""
+    last = np.array(places.shape[:2])[:, None] - 1
+    at = np.clip(at, 0, last)
+    row, column = np.minimum(at.astype(int), last - 1)
+    down, right = (at - [row, column])[..., None]
+    upper = places[row, column] * (1 - right) + places[row, column + 1] * right
+    lower = places[row + 1, column] * (1 - right) + places[row + 1, column + 1] * right
+    return upper * (1 - down) + lower * down
 
 
 #: m/s: points slower than this relative to the tool stick; 10 um per frame at 30 frames/s.

@@ -8,7 +8,6 @@ from typing import Callable
 import numpy as np
 from scipy import sparse
 from scipy.linalg import lapack
-from scipy.optimize import brentq
 from scipy.sparse.linalg import splu
 
 #: Approximate number of cells along each side of the grid used for rendering; chosen.
@@ -158,7 +157,11 @@ class Membrane(Skin):
         """
         def gap(height: float) -> float:
             return float(distance((self.centre - [x, y, height])[None] @ turn)[0]) - self.radius
-        return brentq(gap, self.centre[2], self.centre[2] + 3 * self.radius, xtol=1e-12)
+        low, high = self.centre[2], self.centre[2] + 3 * self.radius
+        while high - low > 1e-12:  # m
+            middle = (low + high) / 2
+            low, high = (middle, high) if gap(middle) < 0 else (low, middle)
+        return (low + high) / 2
 
     def _set_up_springs(self):
         """Cotangent spring constants of linear triangles on the rest shape, averaged over both diagonals of each cell."""

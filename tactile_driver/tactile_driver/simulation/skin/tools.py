@@ -8,7 +8,6 @@ from functools import partial
 from typing import Callable
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from .surfaces import Skin
 
@@ -125,7 +124,11 @@ class Key:
 
 def attitude(yaw: float, roll: float, pitch: float) -> np.ndarray:
     """Rotation matrix (3, 3) from the tool frame to the sensor frame: roll about x, then pitch about y, then yaw about z, rad."""
-    return Rotation.from_euler('xyz', [roll, pitch, yaw]).as_matrix()
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return about_z @ about_y @ about_x
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +35,7 @@ _log = logging.getLogger(__name__)
 _warned: set[tuple[str, str]] = set()
 
 def _software() -> str:
+    from importlib.metadata import PackageNotFoundError, version  # takes 0.1 s to import, and only a written file needs it
     try:
         return version('tactile_perception')
     except PackageNotFoundError:
