@@ -156,8 +156,8 @@ class PerceptionNode(Node):
             response.message = 'the next messages become the reference; nothing may touch the sensor now'
         else:
             topic = self._source.topic
-            response.message = (f'no {topic} is being processed: subscribe to {" or ".join(self.outputs)}, and check that {topic} is '
-                                'published')
+            response.message = f'every {topic} is refused: {self.log.last_error}' if self.log.refuses else (
+                f'no {topic} is being processed: subscribe to {" or ".join(self.outputs)}, and check that {topic} is published')
         return response
 
     def _check_change(self, changes: dict) -> None:

@@ -105,6 +105,11 @@ class WorkLog:
         self._in_error = True
 
     @property
+    def refuses(self) -> bool:
+        """Whether the newest frame was refused, a moment ago."""
+        return self._in_error and time.monotonic() - self._bad[-1] <= _SILENCE_S
+
+    @property
     def age(self) -> float:
         """Time since the last frame was processed, s; NaN before the first."""
         return time.monotonic() - self._stamps[-1] if self._stamps else math.nan

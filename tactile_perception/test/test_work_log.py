@@ -217,3 +217,12 @@ def test_a_step_back_of_less_than_a_second_restarts_with_the_third_frame(clock):
             clock.restarts_at(stamp)
     assert clock.restarts_at(104.4)
     assert not clock.restarts_at(104.5)
+
+
+def test_refused_frames_are_known_until_one_is_used():
+    log = WorkLog('image_raw')
+    assert not log.refuses
+    log.refuse('no usable camera_info yet')
+    assert log.refuses and log.last_error == 'no usable camera_info yet'
+    log.add(1e-3, 2e-3)
+    assert not log.refuses

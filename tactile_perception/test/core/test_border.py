@@ -93,6 +93,8 @@ def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
+BETWEEN = {'points': np.ascontiguousarray(DOTS[:, :2]), 'queries': np.ascontiguousarray(DOTS[:5, :2] + 1e-4)}
+
 CALLS = {
     'press_sheet': (lambda **a: _core.press_sheet(**MESH | a, **PRESS), MESH),
     'fit': (lambda **a: fields(table().fit(**PRESSED | VALUES | a, **FIT)), PRESSED | VALUES),
@@ -115,6 +117,7 @@ CALLS = {
     'loads': (lambda **a: fields(membrane().loads(**SEEN | a)), SEEN),
     'scores': (lambda **a: [border_network().scores(_core.DotLoads(**LOADS | a), pitch=1.3e-3, **GRID)], LOADS),
     'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
+    'nearest_points': (lambda **a: list(_core.nearest_points(**BETWEEN | a, count=3)), BETWEEN),
     'extend_surface': (lambda xyz=WIDE: [_core.extend_surface(xyz)], {'xyz': WIDE}),
     'find_outlines': (lambda **a: _core.find_outlines(**SCORE | a, level=0.5, ceiling=1.0, refine=2), SCORE),
     'region_axes': (lambda **a: [_core.region_axes(**AXES | a, pitch=1e-3)], AXES),

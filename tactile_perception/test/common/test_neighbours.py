@@ -1,0 +1,54 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Nearest neighbours and special functions are those of SciPy, which the processes of sensors do not import."""
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from scipy.special import bdtrc, ndtr
+
+from tactile_perception.common.neighbours import Neighbours
+from tactile_perception.common.statistics import normal_cdf
+
+
+@pytest.mark.parametrize('points, queries, count', [(1, 5, 1), (5, 9, 8), (500, 500, 7), (2000, 300, 1), (0, 4, 2)])
+def test_nearest_points_are_those_of_a_tree(points, queries, count):
+    rng = np.random.default_rng(points)
+    among, asked = rng.normal(size=(points, 2)), rng.normal(size=(queries, 2))
+    distance, index = Neighbours(among).query(asked, count)
+    expected = cKDTree(among).query(asked, count)
+    assert np.allclose(distance, expected[0], rtol=1e-12)
+    assert np.array_equal(index, expected[1])
+
+
+@pytest.mark.parametrize('distance', [0.0, 0.01, 0.1, 2.0])
+def test_pairs_are_those_of_a_tree(distance):
+    points = np.random.default_rng(1).uniform(size=(200, 2))
+    points[7] = points[3]
+    found = set(zip(*(each.tolist() for each in Neighbours(points).pairs_within(distance))))
+    assert found == {tuple(sorted(pair)) for pair in cKDTree(points).query_pairs(distance)}
+
+
+def test_pairs_of_no_points_are_none():
+    assert all(len(each) == 0 for each in Neighbours(np.zeros((0, 2))).pairs_within(1.0))
+
+
+def test_normal_distribution_function():
+    x = np.linspace(-8, 8, 99)
+    assert normal_cdf(x) == pytest.approx(ndtr(x), abs=1e-15)
+
+
+def test_mirror_images_by_chance():
+    from tactile_perception.dots.look import _binomial_tail
+    for successes, trials in ((1, 6), (30, 60), (400, 2000), (60, 60)):
+        assert _binomial_tail(successes, trials, 0.15) == pytest.approx(bdtrc(successes - 1, trials, 0.15), rel=1e-9)
+
+
+@pytest.mark.parametrize('node', ['touchpad_contact_node', 'press_contact_node', 'taxel_contact_node', 'psd_contact_node'])
+def test_a_process_of_a_sensor_starts_without_what_takes_long_to_import(node):
+    slow = ('scipy.optimize', 'scipy.spatial', 'scipy.special', 'scipy.sparse', 'rosbag2_py', 'matplotlib')
+    code = (f'import sys; from tactile_perception.node import NODES; NODES[{node!r}]; '
+            f'print(*(name for name in {slow!r} if name in sys.modules))')
+    assert subprocess.run([sys.executable, '-c', code], check=True, capture_output=True, text=True).stdout.split() == []
