@@ -64,7 +64,7 @@ def photographs(folder, pitch, thickness):
     """The labelled photographs of a folder, judged."""
     values = {**defaults(GEL_PARAMETERS), 'gel.pitch': pitch, 'gel.thickness': thickness, 'gel.friction': 0.5}
     background, presses = cv2.imread(str(folder / 'background.png')), []
-    for label in sorted(folder.glob('*mm/*/label.npz')):
+    for label in [] if background is None else sorted(folder.glob('*mm/*/label.npz')):
         known = np.load(label)
         tracker = make_tracker(values, image_only=True)
         estimator = GelEstimator(values, (np.array(background.shape[1::-1]) - 1) / 2)

@@ -87,6 +87,8 @@ RUNS = (
     Run(r'python3 test/benchmark/sheets.py( --sensor \w+)?$', more=' --specimens 1 --rows press', prints=r'\| 0, press'),
     Run(r'python3 test/benchmark/sheets.py --rows', change=('two_0.2 two_1.0', 'two_0.2 --specimens 1'), prints=r'\| 0, two_0.2'),
     Run(r'python3 test/benchmark/taxel_latency.py 1', more=' drag', prints=r'macro F1'),
+    Run(r'python3 test/benchmark/gel_presses.py --photographs', writes='gel_presses.webp',
+        change=('--photographs calibration_data --pitch 2.05', '--presses 2')),  # the photographs are others'
     Run(r'python3 test/benchmark/gel_presses.py', more=' --presses 2', prints=r'simulated, all measured'),
     Run(r'python3 test/benchmark/gels.py', change=('gels.py 5', 'gels.py 1'), prints=r'middle mm'),
     Run(r'python3 test/benchmark/fit_contact_score.py', more=' --scenes 2', writes='out/border_network.npz'),
