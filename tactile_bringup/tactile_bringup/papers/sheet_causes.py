@@ -78,8 +78,8 @@ def _links(bench: Bench, sensor: str, specimens: Mapping, changes: Mapping, scen
     for prefix, what in specimens.items():
         bag = bench.bag(sensor, f'{prefix}_{scene}', RATE)
         for name, change in changes.items():
-            off, = errors(presses(bench, bag, published(bench, sensor, prefix, {**PAPER, **change})))
-            rows.append((what, name, *means(off), reported(off)))
+            found, = errors(presses(bench, bag, published(bench, sensor, prefix, {**PAPER, **change})))
+            rows.append((what, name, *means(found), reported(found)))
     return Detail(title, ('specimen', 'chain', *_ERRORS, 'presses reported, %'), rows)
 
 
@@ -136,17 +136,17 @@ def _with_truth(recordings: Sequence[_Recording], sensor: MarkerSensor) -> Itera
     standard deviation of table 4."""
     for name, change in _TRUE.items():
         plate, markers, *judged = (recording.changed(change) for recording in recordings)
-        touch = PaperTouch(calibrate_paper(replace(markers, plate=plate), sensor), sensor)
-        table_2, table_4 = ([_press(touch, some, k) for k in np.flatnonzero(some.touching)] for some in judged)
-        off, over = *errors(table_2), ratios(table_4, 0)
+        method = PaperTouch(calibrate_paper(replace(markers, plate=plate), sensor), sensor)
+        table_2, table_4 = ([_press(method, some, k) for k in np.flatnonzero(some.touching)] for some in judged)
+        error, ratio = *errors(table_2), ratios(table_4, 0)
         at_joint = np.array([abs(press.true[0]) < sensor.pitch[0] for press in table_2])
-        yield (name, *(means(off[part])[0] for part in (~at_joint, at_joint)), means(off)[1], mean(over), float(np.nanstd(over)))
+        yield (name, *(means(error[part])[0] for part in (~at_joint, at_joint)), means(error)[1], mean(ratio), float(np.nanstd(ratio)))
 
 
-def _press(touch: PaperTouch, some: Presses, k: int) -> Press:
+def _press(method: PaperTouch, some: Presses, k: int) -> Press:
     """What the published method finds in the frame k."""
     true = np.append(some.position[k], some.depth[k])
-    return Press(float(k), true, (location(touch.estimate(some.fields[k])),))
+    return Press(float(k), true, (location(method.estimate(some.fields[k])),))
 
 
 def _recorded(bench: Bench, scene: str, params, calibration) -> _Recording:
@@ -169,8 +169,8 @@ def _of_depths(bench: Bench, prefix: str, dent: Callable[[TruthFrame], np.ndarra
     dent : from the truth of a frame to the depths (K,), m, of the markers.
     """
     (found, widths), (paths, _) = (_by_depths(bench, f'{prefix}_{scene}', dent) for scene in ('table_2', 'table_4'))
-    over = ratios(paths, 0)
-    return *means(*errors(found)), mean(widths), mean(over), float(np.nanstd(over))
+    ratio = ratios(paths, 0)
+    return *means(*errors(found)), mean(widths), mean(ratio), float(np.nanstd(ratio))
 
 
 def _by_depths(bench: Bench, name: str, dent: Callable[[TruthFrame], np.ndarray]) -> tuple[list[Press], list[float]]:

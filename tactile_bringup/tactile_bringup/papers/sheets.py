@@ -25,7 +25,7 @@ from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
 
 RATE = 2.0          # Hz: each stop of the stage is one frame
 HOLD_RATE = 30.0    # Hz, of the scene with which the Kalman filter is tried
-MIN_DEPTH = 1e-4    # m: a tip that grazes the sheet on its way presses nothing
+MIN_DEPTH = 1e-4    # m: a tip that grazes the sheet while it moves presses nothing
 PX_PER_MM = 10.0    # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
 MODEL = MappingProxyType({'touch': 'model'})
 PAPER = MappingProxyType({'touch': 'paper', 'detection': 'paper_areal', 'numbering': 'paper', 'stitching': 'middle'})
@@ -104,9 +104,9 @@ def _rows(found: Sequence[Press], reported_by_paper: tuple[str, str], causes: tu
             Row('presses reported', '%', '', *(reported(rows) for rows in each))]
 
 
-def means(off: np.ndarray) -> tuple[float, float]:
-    """Mean errors of x and y together, and of depth, of errors (N, 3)."""
-    return mean(np.abs(off[:, :2])), mean(np.abs(off[:, 2]))
+def means(error: np.ndarray) -> tuple[float, float]:
+    """Mean errors of x and y together, and of depth, mm, of errors (N, 3)."""
+    return mean(np.abs(error[:, :2])), mean(np.abs(error[:, 2]))
 
 
 #: The specimens of each sensor: prefix of the scenes' names -> what it is.
@@ -134,8 +134,8 @@ def _filtered(bench: Bench) -> Table:
     params, calibration = published(bench, sensor, 'areal_single_paper')
     smooth = bench.params(sensor, {**PAPER, 'paper.kalman': True})
     found = presses(bench, bench.bag(sensor, 'areal_single_paper_motion', HOLD_RATE, 90), (params, calibration), (smooth, calibration))
-    still = (np.abs(np.diff([press.true for press in found], axis=0)) < 1e-6).all(axis=1)
-    numbers = [(*means(off), mean(np.hypot(*np.diff(off[:, :2], axis=0).T)[still])) for off in errors(found)]
+    stands = (np.abs(np.diff([press.true for press in found], axis=0)) < 1e-6).all(axis=1)
+    numbers = [(*means(error), mean(np.hypot(*np.diff(error[:, :2], axis=0).T)[stands])) for error in errors(found)]
     names = ('x and y, mean error', 'depth, mean error', 'change of x and y per frame while the tip stands, mean')
     return Table('One camera: the Kalman filter', [Row(name, 'mm', '', *pair) for name, *pair in zip(names, *numbers)],
                  'Both columns are the paper\'s method, on presses and a drag at 30 frames/s; "ours" has the Kalman filter that its '

@@ -70,9 +70,9 @@ def _pose(estimate: ContactRegionEstimate | None, true: ContactRegionEstimate) -
 
 
 def _pose_rows(poses: list[np.ndarray]) -> list[Row]:
-    both = common(*poses)
-    return [Row('position, mean error', 'mm', '', *(mean(np.hypot(*(pose[:, 1:3] - pose[:, 4:6]).T)) for pose in both), cause=PRESSED),
-            Row('angle, mean error', 'degrees', '', *(mean(np.abs(pose[:, 3] - pose[:, 6])) for pose in both), cause=PRESSED),
+    compared = common(*poses)
+    return [Row('position, mean error', 'mm', '', *(mean(np.hypot(*(pose[:, 1:3] - pose[:, 4:6]).T)) for pose in compared), cause=PRESSED),
+            Row('angle, mean error', 'degrees', '', *(mean(np.abs(pose[:, 3] - pose[:, 6])) for pose in compared), cause=PRESSED),
             Row('frames reported', '%', '', *(reported(pose) for pose in poses))]
 
 
@@ -98,7 +98,8 @@ def _true_velocity(true: SlipEstimate, x, y) -> tuple:
 def _slip_rows(frames: list[tuple[np.ndarray, ...]]) -> list[Row]:
     """Number of points in a frame; mean error of their velocity and its true size, mm/s; frames: points of each method."""
     seen = np.array([[len(points) > 0 for points in frame] for frame in frames]).reshape(-1, 2)
-    every = [np.concatenate([np.zeros((0, 6)), *(frame[k] for frame, both in zip(frames, seen.all(axis=1)) if both)]) for k in range(2)]
+    compared = [frame for frame in frames if all(len(points) > 0 for points in frame)]
+    every = [np.concatenate([np.zeros((0, 6)), *(frame[k] for frame in compared)]) for k in range(2)]
     return [Row('points that slip, in a frame', '', '', *(mean([len(frame[k]) for frame in frames]) for k in range(2))),
             Row('frames with such points', '%', '', *(100.0 * seen.mean(axis=0) if len(seen) else (np.nan, np.nan))),
             Row('their velocity, mean error', 'mm/s', '', *(mean(np.hypot(*(some[:, 2:4] - some[:, 4:]).T)) for some in every)),
