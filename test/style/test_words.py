@@ -21,7 +21,8 @@ WORDS = {
 #: Files and folders whose text is finished. The list grows until it is the whole repository.
 FINISHED = (
     'tactile_msgs', 'tactile_driver/doc', 'tactile_driver/CHANGELOG.rst', 'docs/index.md', 'docs/conf.py', 'docs/check_search.py',
-    'docs/extension', 'docs/api', *(f'tactile_driver/tactile_driver/{name}' for name in (
+    'docs/extension', 'docs/api', 'docs/papers', 'tactile_perception/tactile_perception/published',
+    'tactile_bringup/tactile_bringup/papers', *(f'tactile_driver/tactile_driver/{name}' for name in (
         'camera', 'nodes', 'parameters', 'recordings', 'serial', 'sources', 'stitching/methods.py', '__init__.py', 'emulators.py',
         'errors.py', 'frame.py', 'frame_names.py', 'lens.py', 'plugins.py', 'stamp_gaps.py')),
     *(f'tactile_perception/tactile_perception/{name}' for name in (

@@ -86,7 +86,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--details', action='store_true', help='instead of the experiments, what causes their figures, one thing '
                         'changed at a time')
     parser.add_argument('--report', type=Path, metavar='DIR', help='folder for papers.md and the figures, or details.md')
-    parser.add_argument('--bags', type=Path, metavar='DIR', help='folder where bags are kept for the next time; else they are made anew')
+    parser.add_argument('--bags', type=Path, metavar='DIR', help='folder where bags are kept for the next time; else they are temporary')
     parser.add_argument('--quick', action='store_true', help='a part of each scene, to see that it runs')
     given = parser.parse_args(args)
     with contextlib.nullcontext(given.bags) if given.bags else TemporaryDirectory() as folder:

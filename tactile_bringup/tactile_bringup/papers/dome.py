@@ -34,7 +34,7 @@ PAPER = MappingProxyType({'touch': 'paper_cushion', 'detection': 'paper_cushion'
 #: Conditions that the paper does not give: name in the scenes' names -> width of the tip, and distance of the zones from the top.
 CONDITIONS = {'near_zones': '16 mm tip, zones within 35 mm', 'zones': '60 mm tip, zones within 70 mm'}
 FLANK, RELIEF = 'inner flank', 'change by zone'
-NOTE = ('Ten zones at 12, 20 and 28 mm. The published method is calibrated there, by the same tip, on the way to 8, 16, 24 and 32 mm. Ours '
+NOTE = ('Ten zones at 12, 20 and 28 mm. The published method is calibrated there, by the same tip, at 8, 16, 24 and 32 mm. Ours '
         'has the calibration that ships, of the tip 60 mm wide. Errors are those at the presses that both methods report. The paper does '
         'not define accuracy, error rate and precision. Here the error rate is the mean of error over true value, as in the tables of the '
         'paper of the sheets; accuracy is what it leaves of 100 %; precision is the standard deviation of the errors.')
@@ -65,7 +65,7 @@ def zones(bench: Bench) -> Iterator[Table]:
 
 
 def published(bench: Bench, prefix: str, changes: Mapping = PAPER) -> Method:
-    """The published method, calibrated on the way down at the zones."""
+    """The published method, calibrated at the zones while the tip descends."""
     params = bench.params('air_cushion', changes)
     output = params.with_name(f'{prefix}_{params.stem}_calibration.yaml')
     if not output.exists():

@@ -100,7 +100,7 @@ NEAREST_DOTS = 8  # those along the row and the column are among so many; the di
 
 
 class PaperNumbering:
-    """Numbers of dots on a printed grid, in each frame anew.
+    """Numbers of dots on a printed grid, in each frame independently.
 
     Steps 1 and 2: the middle row and column start at the dots nearest to two fixed points, Q_x to the left of the image's centre and Q_y
     above it; here they are half of the grid's size away. The paper has no even number of rows or columns; the middle one is then that
