@@ -47,7 +47,7 @@ def presses(bench: Bench) -> Iterator[Table]:
         frames: tuple[list[Dots | None], ...] = [], []
         counts: tuple[list, ...] = [], []
         truth, deepest = {}, 0.0
-        for stamp, true, estimates in bench.compare(bench.bag('touchpad', f'normal_{tool}', _FRAMES), *methods):
+        for stamp, true, estimates in bench.compare(bench.bag('touchpad', f'normal_{tool}', _FRAMES, 40), *methods):
             if not true.contacts or true.region is None:
                 continue
             if true.contacts[0].depth < deepest - _SAME_DEPTH:
