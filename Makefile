@@ -5,7 +5,7 @@
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-full test-hardware sanitize lint docs setup clean
+.PHONY: help demo grasp test test-full test-hardware sanitize lint docs setup clean
 
 # make demo SOURCE=file PATH_TO=press.avi OUT=out/press ...; anything else by ARGS="name:=value ..."
 demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH_TO)') $(if $(DEVICE),device:='$(DEVICE)') \
@@ -19,6 +19,8 @@ run_tests = mkdir -p out && source ./setup.bash && python3 -m pytest $(TESTS) --
 help:
 	@echo 'make demo   a simulated touchpad is pressed: dots, contact region, numbers, pictures in out/'
 	@echo '            make demo SOURCE=file PATH_TO=video.avi   the same on a recording, or on a file of a pressure array (.csv, .npz)'
+	@echo 'make grasp  a simulated gripper holds an object by the slip that its array reports; installs MuJoCo, an optional extra'
+	@echo '            make grasp OBJECT=egg   another object; Ctrl-C ends it'
 	@echo 'make test   the quick tests, and the demo; the report goes to out/test-results.xml'
 	@echo '            make test TESTS=tactile_driver/test PYTEST="-k dots -x"   some of them'
 	@echo 'make test-full   all tests but those that are marked slow'
@@ -33,6 +35,11 @@ setup:
 
 demo:
 	@source ./setup.bash && ros2 launch tactile_bringup demo.launch.py $(demo_arguments)
+
+grasp:
+	@source ./setup.bash && { python3 -c 'import mujoco' 2>/dev/null || { echo 'grasp: installing MuJoCo, an optional extra' && \
+	  python3 -m pip install --quiet --disable-pip-version-check --requirement environment/extras.txt; }; } && \
+	  ros2 launch tactile_bringup grasp.launch.py demo:=true $(if $(OBJECT),object:=$(OBJECT))
 
 # Two processes where pytest-xdist is installed; files stay whole.
 test:

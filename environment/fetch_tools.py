@@ -26,7 +26,8 @@ PYTHON_PACKAGES = (
 )
 PYTHON_MODULES = ('launch_testing_ros_pytest_entrypoint.py',)
 # Of the interface packages only what is used: each definition takes a compiler seconds.
-INTERFACES = {'composition_interfaces': 'srv/LoadNode.srv', 'tf2_msgs': 'msg/TFMessage.msg'}
+INTERFACES = {'composition_interfaces': ('srv/LoadNode.srv',), 'control_msgs': ('msg/GripperCommand.msg', 'action/GripperCommand.action'),
+              'tf2_msgs': ('msg/TFMessage.msg',)}
 PYTHON_PATTERN = re.compile(r'rclpy/(%s)(-[^/]+\.egg-info)?/.*' % '|'.join(PYTHON_PACKAGES))
 # The definitions come without the CMake file that builds them.
 CMAKE_LISTS = """cmake_minimum_required(VERSION 3.16)
@@ -34,10 +35,10 @@ project({name})
 find_package(ament_cmake REQUIRED)
 find_package(rosidl_default_generators REQUIRED)
 find_package({dependency} REQUIRED)
-rosidl_generate_interfaces({name} {file} DEPENDENCIES {dependency})
+rosidl_generate_interfaces({name} {files} DEPENDENCIES {dependency})
 ament_package()
 """
-DEPENDENCIES = {'composition_interfaces': 'rcl_interfaces', 'tf2_msgs': 'geometry_msgs'}
+DEPENDENCIES = {'composition_interfaces': 'rcl_interfaces', 'control_msgs': 'action_msgs', 'tf2_msgs': 'geometry_msgs'}
 
 
 def download(folder):
@@ -53,7 +54,7 @@ def download(folder):
 
 def extract(wheel, folder):
     """Copy the wanted files of the wheel to folder/python and folder/interfaces."""
-    wanted = {f'share/{name}/{file}' for name, definition in INTERFACES.items() for file in (definition, 'package.xml')}
+    wanted = {f'share/{name}/{file}' for name, definitions in INTERFACES.items() for file in (*definitions, 'package.xml')}
     with zipfile.ZipFile(wheel) as archive:
         for name in archive.namelist():
             inner = name.removeprefix(INSIDE)
@@ -72,7 +73,7 @@ def extract(wheel, folder):
 def write_cmake(folder):
     """Add a CMakeLists.txt to each interface package in the folder."""
     for name, dependency in DEPENDENCIES.items():
-        text = CMAKE_LISTS.format(name=name, file=INTERFACES[name], dependency=dependency)
+        text = CMAKE_LISTS.format(name=name, files=' '.join(INTERFACES[name]), dependency=dependency)
         (folder / 'interfaces' / name / 'CMakeLists.txt').write_text(text)
 
 

@@ -45,6 +45,9 @@ setup(
             'simulate = tactile_bringup.simulate.bags:main',
             'papers = tactile_bringup.papers.command:main',
             'demo = tactile_bringup.demo:main',
+            'gripper_node = tactile_bringup.grasp.gripper_node:main',
+            'grip_controller = tactile_bringup.grasp.grip_controller_node:main',
+            'grasp_table = tactile_bringup.grasp.experiment:main',
         ],
         'tactile_perception.nodes': [
             'markers_node = tactile_bringup.nodes.drawing_node:MarkersNode',

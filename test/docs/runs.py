@@ -127,6 +127,7 @@ RUNS = (
     Run(LAUNCH + r'\w+.launch.py .*source:=(file|bag)', more=' rate:=0 record:=played', writes='played/metadata.yaml'),
     Run(LAUNCH + r'.* calibration:=my_pad.yaml', LASTS, change=(' calibration:=my_pad.yaml', '')),  # docs/touchpad.md makes one, and is run
     Run(LAUNCH, LASTS),
+    Run(r'ros2 run tactile_bringup grip_controller', LASTS),
     Run(r'ros2 run tactile_bringup sensor_nodes', LASTS, change=('FILE', '@/FINGER.yaml')),
     Run(NODE + r'touchpad_contact_node', LASTS, change=('PARAMS.yaml', '@/PARAMS.yaml')),
 )
@@ -139,6 +140,7 @@ NOT_RUN = {
     r'make docs': 'installs Sphinx from the network; test/docs/test_reference.py builds the pages where it is installed',
     r'make clean': 'takes away the environment that the tests run in',
     r'(CASES=.* )?make test-hardware': 'boots a machine in QEMU; test/hardware is that test',
+    r'make grasp': 'installs an optional extra from the network; test/launch/test_grasp.py runs the launch file that it starts',
     r'make sanitize': 'compiles the kernels anew with checks: minutes; the continuous integration runs it',
     r'python3 -m pytest test/launch/test_rviz.py': 'is itself a test, which the continuous integration runs where RViz is found',
     r'python3 test/benchmark/pins.py FOLDER': 'needs a data set of others, which is not shipped',

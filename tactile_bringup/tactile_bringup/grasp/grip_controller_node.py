@@ -1,0 +1,141 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""grip_controller: holds an object by the slip and the contacts that a tactile sensor reports; lifecycle node, with any gripper that has
+the action control_msgs/GripperCommand."""
+from __future__ import annotations
+
+import math
+
+from control_msgs.action import GripperCommand
+from rclpy.action import ActionClient
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
+from tactile_driver.nodes.runtime.defect_guard import guard_services
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, NodeDiagnostics, common_values
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
+from tactile_driver.nodes.runtime.run import process_of
+from tactile_msgs.msg import Contacts, Slip
+
+from ..parameters.table import GRIP_PARAMETERS
+from .controller import GripController, GripLimits, Phase, Reading, slip_probability
+
+_CHANGE = 0.01  # relative change of the force that is worth a new goal
+_PERIOD_S = 0.02  # between two looks at the age of the sensor's last message
+
+
+class GripControllerNode(LifecycleNode):
+    """Services `~/grasp` and `~/release`; parameters of GripLimits can be set while it holds; `~/force` is the command, N.
+
+    When the sensor is lost the last force is held and /diagnostics says so. Raises BadArgument for limits that contradict each other.
+    """
+
+    def __init__(self, host: Host | None = None):
+        super().__init__('grip_controller', **(host or Host()).options)
+        self._settings = NodeParameters(self, GRIP_PARAMETERS, self._check, self._change)
+        if self._settings.problems:
+            raise BadArgument('grip_controller: ' + '; '.join(self._settings.problems.values()))
+        self._control = GripController(self._limits(self._settings.values()))
+        self._contact_force, self._sent = math.nan, math.nan
+        self._is_active, self._released, self._inputs = False, False, []
+        self._gripper = ActionClient(self, GripperCommand, 'gripper_cmd')
+        self._output = self.create_publisher(Float64, '~/force', STREAM_QOS)
+        self._own_services = [self.create_service(Trigger, f'~/{name}', serve)
+                              for name, serve in (('grasp', self._grasp), ('release', self._release))]
+        self._diagnostics = NodeDiagnostics(self, 'grip', self._settings['sensor'], self._examine)
+        guard_services(self)
+        steady_timer(self, _PERIOD_S, self._wait)
+        if self._settings['autostart']:
+            self.trigger_configure()
+            self.trigger_activate()
+
+    @staticmethod
+    def _limits(values: dict) -> GripLimits:
+        return GripLimits(**{name: values[name] for name in GripLimits.__dataclass_fields__})
+
+    def _check(self, changes: dict) -> None:
+        self._limits(self._settings.values() | changes)
+
+    def _change(self, changes: dict) -> None:
+        self._control.change(**{name: value for name, value in changes.items() if name in GripLimits.__dataclass_fields__})
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Subscribe to the sensor."""
+        sensor = '/' + self._settings['sensor'].strip('/')
+        self._inputs = [self.create_subscription(Contacts, f'{sensor}/contacts', self._take_contacts, QoSProfile(depth=1)),
+                        self.create_subscription(Slip, f'{sensor}/slip', self._take_slip, QoSProfile(depth=1))]
+        self._is_active = True
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Keep the last force, and follow the sensor no more."""
+        for subscription in self._inputs:
+            self.destroy_subscription(subscription)
+        self._inputs, self._is_active = [], False
+        return super().on_deactivate(state)
+
+    def _take_contacts(self, message: Contacts) -> None:
+        self._contact_force = sum(contact.force for contact in message.contacts)
+
+    def _take_slip(self, message: Slip) -> None:
+        if self._settings['grasp'] and self._control.phase is Phase.OPEN and not self._released and self._gripper.server_is_ready():
+            self._control.close()
+        reading = Reading(1e-9 * stamp_ns_of(message.header), self._contact_force, slip_probability(message.state, message.confidence))
+        self._send(self._control.take(reading))
+
+    def _wait(self) -> None:
+        self._control.wait(1e-9 * self.get_clock().now().nanoseconds)
+
+    def _send(self, force: float) -> None:
+        """Command the gripper to close with a force, N; a change that is too small to matter is not sent."""
+        if self._control.phase is Phase.OPEN:
+            return
+        self._output.publish(Float64(data=force))
+        if not abs(force - self._sent) <= _CHANGE * force and self._gripper.server_is_ready():
+            goal = GripperCommand.Goal()
+            goal.command.position, goal.command.max_effort = 0.0, force
+            self._gripper.send_goal_async(goal)
+            self._sent = force
+
+    def _grasp(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self._is_active and self._gripper.server_is_ready()
+        if response.success:
+            self._control.close()
+            self._send(self._control.force)
+            response.message = 'closing until the sensor touches'
+        else:
+            response.message = 'activate the controller first' if not self._is_active else \
+                'no gripper serves the action gripper_cmd; start its controller, or remap the action'
+        return response
+
+    def _release(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._control.open()
+        self._released = True
+        self._sent = math.nan
+        goal = GripperCommand.Goal()
+        goal.command.position, goal.command.max_effort = self._settings['open_gap'], self._control.limits.approach_force
+        response.success = self._gripper.server_is_ready()
+        if response.success:
+            self._gripper.send_goal_async(goal)
+        response.message = 'opening' if response.success else 'no gripper serves the action gripper_cmd'
+        return response
+
+    def _examine(self) -> Health:
+        control = self._control
+        values = {**common_values(control.phase.value), 'force (N)': control.force, 'slipped at (N)': control.slipped_at,
+                  'rises': control.rises}
+        if control.phase is Phase.SENSOR_LOST:
+            return Health(ERROR, f'sensor {self._settings["sensor"]} sends no slip: the last force, {control.force:.2f} N, is held; '
+                                 'see what its own nodes report', values)
+        if control.phase is Phase.HOLD and control.force >= control.limits.max_force:
+            return Health(WARN, f'the force is at max_force, {control.force:.2f} N; raise max_force, or grasp with more friction', values)
+        return Health(OK, control.phase.value, values)
+
+
+main = process_of(GripControllerNode)

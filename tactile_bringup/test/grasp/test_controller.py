@@ -1,0 +1,101 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The grip force: first contact, slip, relaxation, limits, a lost sensor."""
+import math
+
+import pytest
+
+from tactile_bringup.grasp.controller import GripController, GripLimits, Phase, Reading, slip_probability
+from tactile_driver.errors import BadArgument
+
+LIMITS = GripLimits()
+STEP = 0.01
+
+
+def held(limits=LIMITS):
+    """A controller that holds since 0 s."""
+    control = GripController(limits)
+    control.close()
+    control.take(Reading(0.0, 1.0, 0.0))
+    return control
+
+
+def run(control, seconds, slip=0.0, start=STEP):
+    """Readings of one probability of slip; the commands."""
+    return [control.take(Reading(start + k * STEP, 3.0, slip)) for k in range(round(seconds / STEP))]
+
+
+def test_it_closes_gently_until_it_touches_and_then_holds():
+    control = GripController()
+    assert control.take(Reading(0.0, 0.0, 0.0)) == 0.0, 'open'
+    control.close()
+    assert [control.take(Reading(STEP * k, force, math.nan)) for k, force in enumerate((0.0, 0.3, 0.6))] == [
+        LIMITS.approach_force, LIMITS.approach_force, LIMITS.start_force]
+    assert control.phase is Phase.HOLD
+
+
+def test_slip_raises_the_force_at_once_and_again_while_it_is_reported():
+    control = held()
+    run(control, 0.1)
+    before = control.force
+    assert control.take(Reading(0.11, 3.0, 0.99)) == pytest.approx(before * LIMITS.rise)
+    assert control.take(Reading(0.12, 3.0, 0.99)) == pytest.approx(before * LIMITS.rise), 'the rise has not taken effect yet'
+    assert control.take(Reading(0.17, 3.0, 0.99)) == pytest.approx(before * LIMITS.rise**2)
+    assert control.rises == 2
+
+
+def test_it_relaxes_to_the_margin_over_the_force_that_slipped():
+    control = held()
+    before = run(control, 1.0)[-1]
+    assert before == pytest.approx(LIMITS.start_force * (1 - LIMITS.relaxation * STEP)**100)
+    control.take(Reading(1.02, 3.0, 1.0))
+    slipped = control.slipped_at
+    assert run(control, 30.0, start=1.03)[-1] == pytest.approx(LIMITS.margin * slipped)
+
+
+def test_without_slip_it_relaxes_to_the_smallest_force():
+    assert run(held(), 120.0)[-1] == LIMITS.min_force
+
+
+def test_the_force_never_leaves_its_limits():
+    limits = GripLimits(max_force=5.0)
+    assert max(run(held(limits), 5.0, slip=1.0)) == 5.0
+
+
+@pytest.mark.parametrize('slip', [0.0, 0.5, math.nan])
+def test_slip_that_is_not_probable_or_not_known_raises_nothing(slip):
+    assert max(run(held(), 1.0, slip)) <= LIMITS.start_force
+
+
+def test_a_lost_sensor_keeps_the_last_force_and_comes_back():
+    control = held()
+    force = run(control, 0.5)[-1]
+    assert control.wait(0.55) == force and control.phase is Phase.HOLD
+    assert control.wait(0.7) == force and control.phase is Phase.SENSOR_LOST
+    assert control.wait(60.0) == force
+    assert control.take(Reading(60.0, 3.0, 0.0)) == force and control.phase is Phase.HOLD, 'nothing was relaxed while it was blind'
+
+
+def test_it_lets_go():
+    control = held()
+    control.open()
+    assert control.force == 0.0 and control.take(Reading(1.0, 3.0, 1.0)) == 0.0
+
+
+def test_limits_that_change_hold_at_once():
+    control = held()
+    control.change(max_force=2.0, start_force=1.0)
+    assert control.force == 2.0
+
+
+@pytest.mark.parametrize('wrong', [{'max_force': 1.0}, {'min_force': 0.0}, {'rise': 1.0}, {'margin': 0.9}, {'relaxation': 1.0},
+                                   {'timeout': 0.0}, {'approach_force': 30.0}, {'slip_probability': 1.0}])
+def test_limits_that_contradict_each_other_are_refused(wrong):
+    with pytest.raises(BadArgument, match='^grip: '):
+        GripLimits(**wrong)
+
+
+@pytest.mark.parametrize(('state', 'confidence', 'expected'), [(0, 0.9, 0.1), (1, 0.9, 0.9), (2, 0.7, 0.7)])
+def test_the_probability_of_slip_of_a_state(state, confidence, expected):
+    assert slip_probability(state, confidence) == pytest.approx(expected)
+    assert math.isnan(slip_probability(state, math.nan))

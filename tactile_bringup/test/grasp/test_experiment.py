@@ -1,0 +1,68 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Grasps in MuJoCo: what the engine does, and what the controller holds by the array's reports."""
+import numpy as np
+import pytest
+
+pytest.importorskip('mujoco', reason='MuJoCo is an optional extra: pip install mujoco')
+
+from tactile_bringup.grasp.experiment import grasp, main  # noqa: E402
+from tactile_bringup.grasp.objects import FILLED, OBJECTS, object_named  # noqa: E402
+from tactile_bringup.grasp.world import PITCH, TAXELS, GraspWorld  # noqa: E402
+
+
+def gripped(name, force, seconds=1.2):
+    """A world whose fingers have closed on an object, with the last pressure and truth."""
+    world = GraspWorld(OBJECTS[name])
+    while world.time_s < seconds:
+        pressure, truth = world.advance(force)
+    return world, pressure, truth
+
+
+@pytest.mark.parametrize('name', OBJECTS)
+def test_the_taxels_carry_the_force_of_the_finger(name):
+    _, pressure, truth = gripped(name, 3.0)
+    assert truth.is_held
+    assert pressure.shape == (TAXELS, TAXELS)
+    assert pressure.sum() * PITCH**2 == pytest.approx(truth.grip_force, rel=0.02)
+
+
+def test_an_object_is_lifted_by_friction_and_falls_where_friction_does_not_suffice():
+    for share, falls in ((1.5, False), (0.7, True)):
+        world, _, truth = gripped('box', 3.0)
+        world.lift()
+        while world.lifted_s < 1.5:
+            _, truth = world.advance(share * OBJECTS['box'].mass * 9.81 / (2 * OBJECTS['box'].friction))
+        assert (np.linalg.norm(truth.displacement) > 0.01) == falls
+        assert truth.least_force == pytest.approx(OBJECTS['box'].mass * 9.81 / 1.2)
+
+
+def test_the_weight_of_a_bottle_that_is_filled_grows_fourfold():
+    _, disturbances = object_named('bottle')
+    assert disturbances == FILLED
+    world = GraspWorld(OBJECTS['bottle'], disturbances)
+    world.lift()
+    least = [world.advance(10.0)[1].least_force for _ in range(700)]
+    assert least[-1] == pytest.approx(4 * least[0])
+
+
+def test_the_controller_holds_a_box_whose_weight_doubles():
+    found = grasp('box', 'controller')
+    assert not found.is_dropped and found.displacement < 1.0e-3 and found.delay <= 0.06
+
+
+@pytest.mark.parametrize('name', ['egg', 'light_rough_box', 'cylinder'])
+def test_the_controller_neither_drops_nor_crushes(name):
+    found = grasp(name, 'controller')
+    assert not found.is_dropped and not found.is_crushed
+
+
+def test_the_table_is_printed(capsys):
+    assert main(['--objects', 'light_rough_box']) == 0
+    rows = capsys.readouterr().out.splitlines()
+    assert [row.split(' | ')[1] for row in rows[2:5]] == ['controller', 'fixed', 'oracle'] and rows[0].startswith('| object')
+
+
+def test_an_unknown_object_is_refused(capsys):
+    assert main(['--objects', 'piano']) == 1
+    assert 'piano' in capsys.readouterr().err
