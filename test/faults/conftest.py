@@ -19,7 +19,7 @@ def bench(tmp_path_factory):
     make_room_for_images()  # listeners here use the same settings as the nodes
     bench = Bench(tmp_path_factory.mktemp('faults'))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(emulators, '_LARGEST_BACKLOG_NS', 10**10)  # a device keeps sending however busy this machine is
+        patch.setattr(emulators, '_MAX_BACKLOG_NS', 10**10)  # a device keeps sending however busy this machine is
         yield bench
     bench.close()
     if bench.rows:
