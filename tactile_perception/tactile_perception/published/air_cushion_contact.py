@@ -20,42 +20,18 @@ from ..press.field import MarkerField, common_rest
 from ..press.methods import Method
 from ..press.presses import Presses, rms_errors
 from .areal_sensor_contact_position import MIN_THRESHOLD, SQUARE, Cubics, bright_image, marker_dots
+from .detector import PublishedDetector
 
 # Non-local means, of which the paper gives no values
 DENOISING_STRENGTH = 10.0  # grey levels
 SEARCH_WINDOW = 7  # px, side of the window in which similar patches are searched
 
 
-class PaperCushionDetector:
-    """Markers by grey image, non-local means, Otsu's threshold, erosion and contours.
-
-    Parameters
-    ----------
-    sign : int
-        1 for bright markers, -1 for dark ones.
-    """
-
-    def __init__(self, sign: int):
-        self._sign = sign
+class PaperCushionDetector(PublishedDetector):
+    """Markers by grey image, non-local means, Otsu's threshold, erosion and contours."""
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Markers of one image: centroid and area of their contours.
-
-        Parameters
-        ----------
-        image : ndarray of uint8, shape (H, W) or (H, W, 3)
-            A checked image.
-
-        Returns
-        -------
-        Dots
-            The paper states no noise, so sigma is NaN.
-
-        Raises
-        ------
-        BadFrame
-            If there are no markers.
-        """
+        """Markers of one image: centroid and area of their contours."""
         grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         denoised = cv2.fastNlMeansDenoising(bright_image(grey, self._sign), h=DENOISING_STRENGTH, searchWindowSize=SEARCH_WINDOW)
         binary = cv2.threshold(denoised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]

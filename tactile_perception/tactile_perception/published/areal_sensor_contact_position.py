@@ -19,6 +19,7 @@ from ..press.estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..press.field import MarkerField, common_rest
 from ..press.methods import Method
 from ..press.presses import Presses, rms_errors
+from .detector import PublishedDetector
 
 GREEN = 1  # channel
 SQUARE = np.ones((3, 3), np.uint8)  # of opening and erosion
@@ -26,36 +27,11 @@ MIN_AREA = 6  # px; smaller regions are noise
 MIN_MEDIAN_AREAS, MAX_MEDIAN_AREAS = 0.2, 5.0  # median areas, the smallest and the largest marker
 
 
-class PaperArealDetector:
-    """Markers by green channel, opening, Otsu's threshold and labels.
-
-    Parameters
-    ----------
-    sign : int
-        1 for bright markers, -1 for dark ones.
-    """
-
-    def __init__(self, sign: int):
-        self._sign = sign
+class PaperArealDetector(PublishedDetector):
+    """Markers by green channel, opening, Otsu's threshold and labels."""
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Markers of one image: centroid and number of their pixels.
-
-        Parameters
-        ----------
-        image : ndarray of uint8, shape (H, W) or (H, W, 3)
-            A checked image.
-
-        Returns
-        -------
-        Dots
-            The paper states no noise, so sigma is NaN.
-
-        Raises
-        ------
-        BadFrame
-            If there are no markers.
-        """
+        """Markers of one image: centroid and number of their pixels."""
         green = image if image.ndim == 2 else cv2.extractChannel(image, GREEN)
         opened = cv2.morphologyEx(bright_image(green, self._sign), cv2.MORPH_OPEN, SQUARE)
         binary = cv2.threshold(opened, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]

@@ -22,6 +22,7 @@ from ..errors import BadArgument, BadFrame
 from ..touchpad.contact import DotClassification
 from ..touchpad.membrane import MembraneMaterial
 from ..touchpad.pose import RigidMotion, fit_rigid
+from .detector import PublishedDetector
 
 # The paper gives no values. These are for dots of 5 to 15 px in an image of 640 x 480.
 MEAN_SIDE = 31  # px, side of the square over which the local mean is taken
@@ -30,36 +31,11 @@ MAX_IMAGE_SHARE = 0.02  # of the image, area of the largest region
 MAX_MEDIAN_AREAS = 4.0  # median areas, the largest region
 
 
-class PaperDetector:
-    """Dots as grey-weighted centroids of thresholded regions.
-
-    Parameters
-    ----------
-    sign : int
-        1 for bright dots, -1 for dark ones.
-    """
-
-    def __init__(self, sign: int):
-        self._sign = sign
+class PaperDetector(PublishedDetector):
+    """Dots as grey-weighted centroids of thresholded regions."""
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Dots of one image, by all six steps.
-
-        Parameters
-        ----------
-        image : ndarray of uint8, shape (H, W) or (H, W, 3)
-            A checked image.
-
-        Returns
-        -------
-        Dots
-            The paper states no noise, so sigma is NaN.
-
-        Raises
-        ------
-        BadFrame
-            If no region of a dot's size is left.
-        """
+        """Dots of one image, by all six steps."""
         grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
         _, binary = cv2.threshold(_emphasised(grey, self._sign), 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(binary, connectivity=8)
