@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from .. import _core
 from ..common.dots import Dots
+from ..common.neighbours import Neighbours
 
 FARTHEST = 1e9  # px: positions beyond it are invalid
 
@@ -23,10 +23,10 @@ def link_places(places: np.ndarray, dots: np.ndarray, gate: float) -> np.ndarray
     px; sorted by place."""
     if not (len(places) and len(dots)):
         return np.zeros((0, 2), int)
-    away, dot = scipy.spatial.cKDTree(dots).query(places, distance_upper_bound=gate)
+    away, dot = Neighbours(dots).query(places)
     place = np.flatnonzero(away < gate)
     dot = dot[place]
-    mutual = scipy.spatial.cKDTree(places).query(dots[dot])[1] == place
+    mutual = Neighbours(places).query(dots[dot])[1] == place
     return np.stack([place, dot], axis=1)[mutual]
 
 
@@ -87,7 +87,7 @@ class Linker:
         starts, new = not len(track) and not len(unlinked), np.delete(np.arange(len(uv)), dot)
         self.restarts += starts and len(before) > 0
         if len(unlinked) and len(new):  # a dot that may be that of an unlinked track is no other one
-            new = new[scipy.spatial.cKDTree(unlinked['uv']).query(uv[new])[0] > _MAX_NEW_DISTANCE * spacing]
+            new = new[Neighbours(unlinked['uv']).query(uv[new])[0] > _MAX_NEW_DISTANCE * spacing]
         seen, fresh = before[track], np.zeros(len(new), _TRACK)
         elapsed = np.maximum(stamp_s - seen['seen_s'], _MIN_INTERVAL_S)[:, None]
         seen['velocity'] = (uv[dot] - seen['uv']) / elapsed
