@@ -19,14 +19,14 @@ from tactile_perception.taxel.parameters import taxel_estimator
 
 from ..sensor_files import parameter_file, simulated_calibration
 from .controller import GripController, GripLimits, Phase, Reading, slip_probability
-from .objects import HELD_S, OBJECTS, object_named
+from .objects import HELD_S, OBJECTS, SETTLED_S, object_named
 from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
 
 POLICIES = ('controller', 'fixed', 'oracle')
 FIXED_FORCE = 6.0  # N, of a gripper that knows nothing of its object
 ORACLE_MARGIN = 1.3  # over the least force, of a gripper that knows weight and friction
 SLIP_SPEED = 2e-3  # m/s, from which the engine's object slips: a hundred times its creep
-_UNTOUCHED_S, _SETTLED_S, _LONGEST_S = 0.3, 0.5, 20.0  # before the gripper closes; from the first contact to the lift; at most
+_UNTOUCHED_S, _MAX_DURATION_S = 0.3, 20.0  # before the gripper closes; of a grasp that is never lifted
 FALLEN = 0.015  # m; an object that has moved so far in the hand is dropped
 
 
@@ -115,7 +115,7 @@ def grasp(name: str, policy: str, seed: int = 0) -> Grasp:
     world, controller, trace = GraspWorld(held, disturbances), GripController(), Trace(held.crushing_force)
     array, estimator = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S), _estimator()
     command, held_s = -1.0, np.inf
-    while world.lifted_s < HELD_S and world.time_s < _LONGEST_S:
+    while world.lifted_s < HELD_S and world.time_s < _MAX_DURATION_S:
         pressure, truth = world.advance(command)
         result = estimator.process(array.read(pressure), truth.time_s)
         slip = slip_probability(result.slip.state, result.slip.confidence)
@@ -125,7 +125,7 @@ def grasp(name: str, policy: str, seed: int = 0) -> Grasp:
         own = controller.take(Reading(truth.time_s, sum(contact.force for contact in result.contacts), slip))
         if controller.phase is Phase.HOLD:
             held_s = min(held_s, truth.time_s)
-        if truth.time_s - held_s > _SETTLED_S and not world.lifted_s >= 0:
+        if truth.time_s - held_s > SETTLED_S and not world.lifted_s >= 0:
             world.lift()
         command = -1.0 if controller.phase is Phase.OPEN else _command(policy, own, truth)
     return trace.result()

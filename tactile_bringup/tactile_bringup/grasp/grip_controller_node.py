@@ -43,7 +43,7 @@ class GripControllerNode(LifecycleNode):
             raise BadArgument('grip_controller: ' + '; '.join(self._settings.problems.values()))
         self._control = GripController(self._limits(self._settings.values()))
         self._contact_force, self._sent = math.nan, math.nan
-        self._is_active, self._released, self._inputs = False, False, []
+        self._is_active, self._grasps_itself, self._inputs = False, self._settings['grasp'], []
         self._gripper = ActionClient(self, GripperCommand, 'gripper_cmd')
         self._output = self.create_publisher(Float64, '~/force', STREAM_QOS)
         self._own_services = [self.create_service(Trigger, f'~/{name}', serve)
@@ -84,8 +84,9 @@ class GripControllerNode(LifecycleNode):
         self._contact_force = sum(contact.force for contact in message.contacts)
 
     def _take_slip(self, message: Slip) -> None:
-        if self._settings['grasp'] and self._control.phase is Phase.OPEN and not self._released and self._gripper.server_is_ready():
+        if self._grasps_itself and self._gripper.server_is_ready():
             self._control.close()
+            self._grasps_itself = False
         reading = Reading(1e-9 * stamp_ns_of(message.header), self._contact_force, slip_probability(message.state, message.confidence))
         self._send(self._control.take(reading))
 
@@ -116,7 +117,7 @@ class GripControllerNode(LifecycleNode):
 
     def _release(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._control.open()
-        self._released = True
+        self._grasps_itself = False
         self._sent = math.nan
         goal = GripperCommand.Goal()
         goal.command.position, goal.command.max_effort = self._settings['open_gap'], self._control.limits.approach_force

@@ -29,13 +29,12 @@ from tactile_driver.nodes.runtime.run import process_of
 from tactile_driver.simulation.taxel.pad import Ink
 
 from ..parameters.table import GRIPPER_PARAMETERS
-from .objects import READY, object_named
+from .objects import READY, SETTLED_S, object_named
 from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
 
 _JOINT_RATE = 50.0  # Hz
-_STILL = 1e-5  # m in a period of the joint states; a gripper that moves less is stalled or there
+_MAX_STANDSTILL = 1e-5  # m per period of the joint states; a gripper that moves less has stalled or has reached its goal
 _REACHED = 5e-4  # m from the commanded gap
-_SETTLED_S = 0.5  # from the first contact of both pads until the lift
 _DRIVER_ENDS_S = 0.5  # Ctrl-C ends the array's driver at the same moment; it must not report that its port is gone
 _LATE_S = 0.5  # behind real time, from which the gripper says so
 
@@ -118,7 +117,7 @@ class GripperNode(Node):
                              effort=[self._gripper.force])
         message.header.stamp = self.get_clock().now().to_msg()
         self._joints.publish(message)
-        self._is_still = abs(self._position - before) < _STILL
+        self._is_still = abs(self._position - before) < _MAX_STANDSTILL
         self._lift_when_held()
         if self._goal is not None and self._goal.is_active and self._is_still and self._gripper.world.time_s > 2 * FRAME_S:
             self._goal.execute()
@@ -129,7 +128,7 @@ class GripperNode(Node):
         if not self._lifts or truth is None or world.lifted_s >= 0 or not truth.is_held:
             return
         self._held_s = min(self._held_s, truth.time_s)
-        if truth.time_s - self._held_s > _SETTLED_S:
+        if truth.time_s - self._held_s > SETTLED_S:
             world.lift()
 
     def _lift(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

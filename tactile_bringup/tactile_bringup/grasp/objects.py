@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from tactile_driver.errors import by_name
 
 GRAVITY = 9.81  # m/s^2
+SETTLED_S = 0.5  # from the first contact to the lift
 READY = 'the array of the gripper sends to'  # how the log of gripper_node says that its port is there
 
 

@@ -49,8 +49,9 @@ def xacro_description(hand: Hand) -> str:
         joint = SubElement(robot, 'joint', name=f'{parent}_to_be_placed', type='fixed')
         SubElement(joint, 'parent', link=hand.frame)
         SubElement(joint, 'child', link=parent)
+    macros = Path(share('urdf', 'tactile_sensors.xacro')).read_text()
     for sensor in hand.sensors:
-        has_macro = f'name="{sensor.type}"' in Path(share('urdf', 'tactile_sensors.xacro')).read_text() and sensor.type != 'pins'
+        has_macro = f'name="{sensor.type}"' in macros and sensor.type != 'pins'  # whose size has no default
         added = SubElement(robot, f'xacro:{sensor.type}' if has_macro else 'xacro:tactile_sensor',
                            {'name': sensor.name, 'parent': sensor.parent, **({} if has_macro else {'type': sensor.type})})
         rpy = Rotation.from_quat(sensor.quaternion).as_euler('xyz')

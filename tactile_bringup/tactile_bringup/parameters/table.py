@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from tactile_driver.parameters.table import Parameter
 
+from ..grasp.controller import GripLimits
+
 
 def _arrows(length: float, force: float, torque: float, read_only: bool = False) -> tuple[Parameter, ...]:
     """Parameters of the arrows of a wrench, with their defaults."""
@@ -115,17 +117,20 @@ GRIP_PARAMETERS = (
     Parameter('autostart', bool, True, '', 'configure and activate at the start; false: wait for the lifecycle services', read_only=True),
     Parameter('grasp', bool, False, '', 'grasp by itself as soon as the sensor reports', read_only=True),
     Parameter('open_gap', float, 0.1, 'm', 'gap between the fingers that `release` commands', 0.0, 1.0),
-    Parameter('max_force', float, 20.0, 'N', 'largest grip force that is ever commanded', 0.01, 1e4),
-    Parameter('min_force', float, 0.5, 'N', 'smallest grip force while an object is held', 0.01, 1e4),
-    Parameter('approach_force', float, 2.0, 'N', 'force with which the fingers close until they touch', 0.01, 1e4),
-    Parameter('contact_force', float, 0.5, 'N', 'reported force from which the sensor touches the object', 0.0, 1e4),
-    Parameter('start_force', float, 4.0, 'N', 'first grip force, before anything is known of weight and friction', 0.01, 1e4),
-    Parameter('margin', float, 1.3, '', 'held force over the largest force at which the object has slipped', 1.0, 100.0),
-    Parameter('rise', float, 1.4, '', 'factor by which slip raises the force', 1.01, 100.0),
-    Parameter('rise_interval', float, 0.05, 's', 'until slip that is still reported raises the force again', 0.001, 10.0),
-    Parameter('relaxation', float, 0.05, '1/s', 'part of the force that is taken away per second while nothing slips', 0.0, 0.99),
-    Parameter('slip_probability', float, 0.8, '', 'probability of slip from which the force is raised', 0.01, 0.99),
-    Parameter('timeout', float, 0.1, 's', "age of the sensor's last message from which it is lost", 0.01, 10.0),
+    Parameter('max_force', float, GripLimits.max_force, 'N', 'largest grip force that is ever commanded', 0.01, 1e4),
+    Parameter('min_force', float, GripLimits.min_force, 'N', 'smallest grip force while an object is held', 0.01, 1e4),
+    Parameter('approach_force', float, GripLimits.approach_force, 'N', 'force with which the fingers close until they touch', 0.01, 1e4),
+    Parameter('contact_force', float, GripLimits.contact_force, 'N', 'reported force from which the sensor touches the object', 0.0, 1e4),
+    Parameter('start_force', float, GripLimits.start_force, 'N',
+              'first grip force, before anything is known of weight and friction', 0.01, 1e4),
+    Parameter('margin', float, GripLimits.margin, '', 'held force over the largest force at which the object has slipped', 1.0, 100.0),
+    Parameter('rise', float, GripLimits.rise, '', 'factor by which slip raises the force', 1.01, 100.0),
+    Parameter('rise_interval', float, GripLimits.rise_interval, 's',
+              'until slip that is still reported raises the force again', 0.001, 10.0),
+    Parameter('relaxation', float, GripLimits.relaxation, '1/s',
+              'part of the force that is taken away per second while nothing slips', 0.0, 0.99),
+    Parameter('slip_probability', float, GripLimits.slip_probability, '', 'probability of slip from which the force is raised', 0.01, 0.99),
+    Parameter('timeout', float, GripLimits.timeout, 's', "age of the sensor's last message from which it is lost", 0.01, 10.0),
 )
 
 #: Frames/s of the demo's video and images: half of a camera's usual 30, because drawing and encoding take most of a core.
