@@ -10,7 +10,7 @@ SHELL := /bin/bash
 # make demo SOURCE=file PATH_TO=press.avi OUT=out/press ...; anything else by ARGS="name:=value ..."
 demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH_TO)') $(if $(DEVICE),device:='$(DEVICE)') \
   $(if $(PARAMS),params:='$(PARAMS)') $(if $(CALIBRATION),calibration:='$(CALIBRATION)') $(if $(RVIZ),rviz:=$(RVIZ)) \
-  $(if $(TYPE),type:=$(TYPE)) $(if $(RECORD),record:='$(RECORD)') $(if $(OUT),out:='$(OUT)') $(ARGS)
+  $(if $(VIEW),view:=true) $(if $(TYPE),type:=$(TYPE)) $(if $(RECORD),record:='$(RECORD)') $(if $(OUT),out:='$(OUT)') $(ARGS)
 
 # make test TESTS="test/style tactile_driver" PYTEST="-k name -x"
 TESTS ?= $(wildcard tactile_*/test) test
@@ -19,6 +19,7 @@ run_tests = mkdir -p out && source ./setup.bash && python3 -m pytest $(TESTS) --
 help:
 	@echo 'make demo   a simulated touchpad is pressed: dots, contact region, numbers, pictures in out/'
 	@echo '            make demo SOURCE=file PATH_TO=video.avi   the same on a recording, or on a file of a pressure array (.csv, .npz)'
+	@echo '            make demo VIEW=1   the same in Rerun; installs it, an optional extra'
 	@echo 'make grasp  a simulated gripper holds an object by the slip that its array reports; installs MuJoCo, an optional extra'
 	@echo '            make grasp OBJECT=egg   another object; Ctrl-C ends it'
 	@echo 'make test   the quick tests, and the demo; the report goes to out/test-results.xml'
@@ -34,11 +35,14 @@ setup:
 	@source ./setup.bash
 
 demo:
-	@source ./setup.bash && ros2 launch tactile_bringup demo.launch.py $(demo_arguments)
+	@source ./setup.bash && $(if $(VIEW),$(call extra,rerun) &&) ros2 launch tactile_bringup demo.launch.py $(demo_arguments)
+
+# extra MODULE: the line of environment/extras.txt that provides it, installed where it is missing
+extra = { python3 -c 'import $(1)' 2>/dev/null || { echo 'installing $(1), an optional extra' && python3 -m pip install --quiet \
+  --disable-pip-version-check --requirement <(grep '^$(1)' environment/extras.txt); }; }
 
 grasp:
-	@source ./setup.bash && { python3 -c 'import mujoco' 2>/dev/null || { echo 'grasp: installing MuJoCo, an optional extra' && \
-	  python3 -m pip install --quiet --disable-pip-version-check --requirement environment/extras.txt; }; } && \
+	@source ./setup.bash && $(call extra,mujoco) && \
 	  ros2 launch tactile_bringup grasp.launch.py demo:=true $(if $(OBJECT),object:=$(OBJECT))
 
 # Two processes where pytest-xdist is installed; files stay whole.
@@ -69,7 +73,7 @@ lint:
 	python3 -m venv .env/docs && .env/docs/bin/pip install --quiet --requirement $< && touch $@
 
 docs: .env/docs/installed
-	.env/docs/bin/sphinx-build --fresh-env --quiet --fail-on-warning --keep-going -c docs . out/docs
+	.env/docs/bin/sphinx-build --fresh-env --quiet --fail-on-warning --keep-going . out/docs
 	.env/docs/bin/python docs/check_search.py out/docs
 
 clean:

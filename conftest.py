@@ -12,6 +12,11 @@ import importlib
 import importlib.util
 import os
 import pathlib
+import sys
+
+if 'numpy' in sys.modules and os.environ.get('OPENBLAS_NUM_THREADS') != '1':
+    raise RuntimeError('a plugin of pytest imported NumPy before conftest.py could set its number of threads: exclude it in pytest.ini, '
+                       'or set OPENBLAS_NUM_THREADS=1')
 
 for name in ('tactile_driver.nodes', 'tactile_msgs.msg', 'tactile_perception', 'tactile_bringup'):
     with contextlib.suppress(ImportError):  # `colcon test` tests a package without those that are built on it

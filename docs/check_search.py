@@ -7,12 +7,14 @@ Sphinx's search gives a main index entry of which the query is at least a half u
 import json
 import sys
 from pathlib import Path
+from runpy import run_path
 
-from conf import SEARCHED
+SEARCHED = run_path(str(Path(__file__).parents[1] / 'conf.py'))['SEARCHED']
 
 
 def found(index: dict, query: str) -> str:
-    """The page of the best index entry; '' if there is none."""
+    """The page of the best index entry; '' if there is none. Sphinx compares small letters."""
+    query = query.lower()
     entries = [(len(query) / len(entry), index['docnames'][page]) for entry, targets in index['indexentries'].items()
                if query in entry and 2 * len(query) >= len(entry) for page, _, is_main in targets if is_main]
     return max(entries, default=(0, ''))[1]
@@ -24,7 +26,7 @@ def main(folder: str) -> int:
     index = json.loads(text[text.index('{'):text.rindex('}') + 1])
     wrong = [(query, page, there) for page, queries in SEARCHED.items() for query in queries if (there := found(index, query)) != page]
     for query, page, there in wrong:
-        print(f'search for "{query}" leads to {there or "no page"}, not to {page}; see SEARCHED in docs/conf.py', file=sys.stderr)
+        print(f'search for "{query}" leads to {there or "no page"}, not to {page}; see SEARCHED in conf.py', file=sys.stderr)
     return len(wrong)
 
 

@@ -9,5 +9,18 @@ import tactile_driver  # noqa: F401, for what it does about Ctrl-C
 
 
 def share(*parts: str, package: str = 'tactile_bringup') -> str:
-    """The path of an installed file of a package."""
+    """Return the path of an installed file of a package.
+
+    Parameters
+    ----------
+    *parts : str
+        Parts of the path in the package's share folder.
+    package : str
+        Name of the package.
+
+    Returns
+    -------
+    str
+        The path.
+    """
     return str(Path(get_package_share_directory(package), *parts))

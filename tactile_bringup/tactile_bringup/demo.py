@@ -26,7 +26,7 @@ from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.nodes.runtime.run import exit_process, run_node
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
-from tactile_perception.nodes.messages.conversions import check_message, stamp_seconds
+from tactile_perception.core.messages import check_message, stamp_seconds
 
 from .nodes.drawing_node import StampSync
 from .parameters.table import DEMO_PARAMETERS, VIDEO_RATE
@@ -35,10 +35,10 @@ from .visualization.pictures import lines_of
 _TOPICS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 _PICTURE, _READING = 'image_annotated', 'reading'
 _CHECK_S, _LINE_S = 0.25, 1.0  # between two checks for the end, and between two lines
-_SILENCE_S = 3.0  # chosen: without a frame for so long the recording has ended or the device is lost
-_RECENT = 90  # frames, 3 s at 30 Hz
-_LONGEST_LATENCY_S = 60.0  # chosen: older stamps are those of a recording, of which no latency is known
-_LONGEST_STILL = 30  # frames of the video, 2 s: a longer gap in the stamps is cut to this
+_SILENCE_S = 3.0  # without a frame, after which the recording has ended or the device is lost
+_RECENT_FRAMES = 90  # 3 s at 30 Hz
+_MAX_LATENCY_S = 60.0  # older stamps are those of a recording, whose latency is unknown
+_MAX_STILL_FRAMES = 30  # of the video, 2 s: a longer gap in the stamps is cut to this
 #: Value of a frame -> name of the picture of the frame where it is largest; unit, factor and format of the value in the report.
 VALUES = {'displacement': ('largest_displacement', 'px', 1.0, '.1f'), 'area': ('largest_contact', 'mm2', 1e6, '.0f'),
           'depth': ('deepest_contact', 'mm', 1e3, '.1f')}
@@ -72,15 +72,17 @@ def reading_of(found: Mapping, stamp_s: float, latency_s: float) -> Reading:
 
 
 class Summary:
-    """Rate, latency and maxima of the readings so far as lines of text, and the first and the last picture and those where one of VALUES is
-    largest. refused: number of messages that failed their check."""
+    """Rate, latency and maxima of the readings so far as lines of text, with pictures.
+
+    The pictures are the first, the last and those where one of VALUES is largest. refused: number of messages that failed their check.
+    """
 
     def __init__(self):
         self.frames = self.refused = 0
         self.first_s = self.last_s = math.nan
         self._largest: dict[str, float] = {}
         self._latencies: list[float] = []
-        self._stamps: deque[float] = deque(maxlen=_RECENT)
+        self._stamps: deque[float] = deque(maxlen=_RECENT_FRAMES)
         self._shown: dict[str, float] = {}  # as _largest, of the frames with a picture
         self._kept: dict[str, tuple[float, np.ndarray]] = {}
 
@@ -89,7 +91,7 @@ class Summary:
         self.first_s = self.first_s if self.frames else reading.stamp_s
         self.frames, self.last_s = self.frames + 1, reading.stamp_s
         self._stamps.append(reading.stamp_s)
-        self._latencies.append(reading.latency_s if abs(reading.latency_s) < _LONGEST_LATENCY_S else math.nan)
+        self._latencies.append(reading.latency_s if abs(reading.latency_s) < _MAX_LATENCY_S else math.nan)
         self._larger(self._largest, reading)
 
     def add_picture(self, reading: Reading, image: np.ndarray) -> None:
@@ -111,7 +113,7 @@ class Summary:
         span = self._stamps[-1] - self._stamps[0]
         rate = (len(self._stamps) - 1) / span if span > 0 else math.nan
         return ' | '.join([f'{reading.stamp_s - self.first_s:5.1f} s', *filter(None, reading.words),
-                           f'{_number(rate, ".0f")} Hz, {_milliseconds(self._latencies[-_RECENT:], 50)} ms'])
+                           f'{_number(rate, ".0f")} Hz, {_milliseconds(self._latencies[-_RECENT_FRAMES:], 50)} ms'])
 
     def report(self) -> list[str]:
         """The last lines: frames, rate, latency, maxima, refused messages."""
@@ -152,11 +154,11 @@ class Video:
             self._size, self._first_s = image.shape[1::-1], stamp_s
             self._writer = cv2.VideoWriter(str(self.path), cv2.VideoWriter_fourcc(*'mp4v'), VIDEO_RATE, self._size)
             if not self._writer.isOpened():
-                raise BadArgument(f'video: OpenCV cannot write {self.path}; see whether there is room')
+                raise BadArgument(f'video: OpenCV cannot write {self.path}; check that there is room on the disk')
         due = int((stamp_s - self._first_s) * VIDEO_RATE + 0.5) + 1
         if image.shape[1::-1] != self._size or due <= self.frames:
             return
-        for _ in range(min(due - self.frames, _LONGEST_STILL)):
+        for _ in range(min(due - self.frames, _MAX_STILL_FRAMES)):
             self._writer.write(image)
         self.frames = due
 
@@ -194,7 +196,7 @@ class DemoNode(Node):
         self._log = LogOnce(self)
         for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
             self.create_subscription(kind, topic, lambda message, topic=topic: self._on_message(topic, message), QoSProfile(depth=30))
-        steady_timer(self, _CHECK_S, self._look)
+        steady_timer(self, _CHECK_S, self._check)
 
     def destroy_node(self) -> None:
         """Print the summary and write the pictures first."""
@@ -229,7 +231,7 @@ class DemoNode(Node):
             self._summary.add_picture(found[_READING], found[_PICTURE])
             self._video.add(found[_READING].stamp_s, found[_PICTURE])
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         """Print the numbers; end the demo when its time is over or the source has ended."""
         self._expected = {topic for topic in _TOPICS if self.count_publishers(topic)}
         now, reading, limit = time.monotonic(), self._reading, self._settings['seconds']
@@ -245,8 +247,8 @@ class DemoNode(Node):
         self._video.close()
         if self._reading is None and self._over:
             missing = [t for t in (*_TOPICS, _PICTURE) if not self.count_publishers(t)] if self.context.ok() else []
-            self.failed = (f'no frame in {time.monotonic() - self._arrival_s:.0f} s: see the messages above; check the source, and that '
-                           'the parameters rows, columns and polarity fit the images.'
+            self.failed = (f'no frame arrived within {time.monotonic() - self._arrival_s:.0f} s; see the messages above, and check the '
+                           'source and whether the parameters rows, columns and polarity fit the images.'
                            + (f' No publisher of {", ".join(missing)}.' if missing else ''))
             print(f'demo: {self.failed}', file=sys.stderr, flush=True)
         if self._reading is None:

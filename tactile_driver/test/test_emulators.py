@@ -49,12 +49,12 @@ class Bench:
     def check(self, blocks):
         """Every sample delivered is one that was sent, and its neighbours in a block are its neighbours."""
         sent = [tuple(counts) for frame in self.emulator.sent for counts in frame.tolist()]
-        places = {}
-        for place, counts in enumerate(sent):
-            places.setdefault(counts, []).append(place)
+        positions = {}
+        for position, counts in enumerate(sent):
+            positions.setdefault(counts, []).append(position)
         for block in blocks:
             counts = [tuple(row) for row in np.round(block.volts / VOLT).astype(int).tolist()]
-            assert any(sent[p:p + len(counts)] == counts for p in places.get(counts[0], []))
+            assert any(sent[p:p + len(counts)] == counts for p in positions.get(counts[0], []))
 
     def close(self):
         self._ended.set()
@@ -86,6 +86,19 @@ def bench(tmp_path):
     yield make
     for each in made:
         each.close()
+
+
+def test_stamps_of_a_slow_simulation_are_of_its_own_time(tmp_path):
+    period_ns, slowed = 5_000_000, TaxelEmulator(tmp_path / 'port', 'disc', 200.0, keep=True)
+    slowed.pace, slowed.runs_on = 0.5, False
+    settings = dict(defaults(TAXEL_DRIVER_PARAMETERS), device=str(tmp_path / 'port'), simulated_time=True)
+    rig = Bench(slowed, TaxelSerialSource(settings, lambda: len(slowed.sent) * period_ns))
+    begin = time.monotonic()
+    stamps = np.array([frame.stamp_ns for frame in rig.read(60)])
+    rig.close()
+    assert (np.diff(stamps) > 0).all() and stamps[-1] <= len(slowed.sent) * period_ns
+    assert np.median(np.diff(stamps)) == pytest.approx(period_ns, rel=0.06), 'not slower, and not in steps of the clock'
+    assert time.monotonic() - begin > 0.8 * 60 * 2e-9 * period_ns, 'at half of the pace'
 
 
 @pytest.mark.parametrize('format', ['binary', 'csv'])

@@ -21,12 +21,12 @@ from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 RATE = Parameter('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0)
 MODE = Parameter('mode', str, 'fast', '', 'how', choices=('fast', 'exact'))
 SCALE = Parameter('scale', float, math.nan, '', 'NaN where unknown')
-PLACES = Parameter('places', list[float], [1.0, 2.0], 'mm', 'where', 0.0, 10.0)
+OFFSETS = Parameter('offsets', list[float], [1.0, 2.0], 'mm', 'where', 0.0, 10.0)
 
 
 @pytest.mark.parametrize(('parameter', 'value', 'converted'), [
-    (RATE, 20, 20.0), (RATE, 0.0, 0.0), (RATE, 100.0, 100.0), (MODE, 'exact', 'exact'), (PLACES, [3, 4], [3.0, 4.0]),
-    (PLACES, (3.0,), [3.0]),
+    (RATE, 20, 20.0), (RATE, 0.0, 0.0), (RATE, 100.0, 100.0), (MODE, 'exact', 'exact'), (OFFSETS, [3, 4], [3.0, 4.0]),
+    (OFFSETS, (3.0,), [3.0]),
     (Parameter('device', str, '', '', ''), 12345, '12345'), (Parameter('flag', bool, False, '', ''), True, True),
     (Parameter('names', list[str], [], '', ''), ['a'], ['a'])])
 def test_good_values_come_back_in_the_right_type(parameter, value, converted):
@@ -37,7 +37,7 @@ def test_good_values_come_back_in_the_right_type(parameter, value, converted):
 @pytest.mark.parametrize(('parameter', 'value'), [
     (RATE, -1.0), (RATE, 100.1), (RATE, math.nan), (RATE, math.inf), (RATE, 'abc'), (RATE, True), (RATE, None), (RATE, [1.0]),
     (MODE, 'slow'),
-    (PLACES, [1.0, 11.0]), (PLACES, ['a']), (PLACES, 3.0), (PLACES, 'abc'), (Parameter('flag', bool, False, '', ''), 1),
+    (OFFSETS, [1.0, 11.0]), (OFFSETS, ['a']), (OFFSETS, 3.0), (OFFSETS, 'abc'), (Parameter('flag', bool, False, '', ''), 1),
     (Parameter('count', int, 0, '', ''), 1.5)])
 def test_a_wrong_value_is_named_with_what_is_allowed(parameter, value):
     with pytest.raises(BadArgument) as refusal:
@@ -57,10 +57,10 @@ def test_a_table_that_contradicts_itself_is_found_at_once(broken):
 
 
 def test_the_yaml_file_holds_the_defaults():
-    table = (RATE, MODE, SCALE, PLACES)
+    table = (RATE, MODE, SCALE, OFFSETS)
     read = yaml.safe_load(to_yaml(table, '/**/node'))['/**/node']['ros__parameters']
     assert math.isnan(read.pop('scale'))
-    assert read == {'rate': 30.0, 'mode': 'fast', 'places': [1.0, 2.0]}
+    assert read == {'rate': 30.0, 'mode': 'fast', 'offsets': [1.0, 2.0]}
 
 
 TABLES = pytest.mark.parametrize('table', [CAMERA_PARAMETERS, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS])

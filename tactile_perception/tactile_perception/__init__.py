@@ -15,7 +15,7 @@ _PUBLIC = {
     'index_dots': 'dots.number:number_grid',
     'DotTracker': 'dots.tracker:DotTracker',
     'Touchpad': 'touchpad.sensor:Touchpad',
-    'TouchpadDots': 'touchpad.places:TouchpadDots',
+    'touchpad_tracker': 'touchpad.positions:touchpad_tracker',
     'TouchpadContact': 'touchpad.estimator:ContactEstimator',
     'ContactDots': 'touchpad.region:ContactDots',
     'find_contact_regions': 'touchpad.region:find_regions',
@@ -28,10 +28,10 @@ _PUBLIC = {
     'SoftPad': 'taxel.pressure:SoftPad',
     'TaxelEstimator': 'taxel.estimator:TaxelEstimator',
     'node_parameters': 'api:node_parameters',
-    'TactileError': 'errors:TactileError',
-    'BadArgument': 'errors:BadArgument',
-    'BadCalibration': 'errors:BadCalibration',
-    'BadFrame': 'errors:BadFrame',
+    'TactileError': 'core.errors:TactileError',
+    'BadArgument': 'core.errors:BadArgument',
+    'BadCalibration': 'core.errors:BadCalibration',
+    'BadFrame': 'core.errors:BadFrame',
 }
 __all__ = list(_PUBLIC)
 

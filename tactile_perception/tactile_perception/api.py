@@ -12,12 +12,12 @@ from tactile_driver.parameters.table import defaults
 
 from .common.camera import camera_pose
 from .common.dots import Dots
+from .core.errors import BadArgument
+from .core.parameter_files import read_parameters
 from .dots.detect import DotDetector
 from .dots.parameters import DOT_PARAMETERS
-from .errors import BadArgument
 from .finger.parameters import PSD_PARAMETERS
 from .gel.parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
-from .parameters.file import read_parameters
 from .press.calibration import read_touch
 from .press.estimator import TouchEstimator
 from .press.field import RestMarkers, checked_view, view_maker

@@ -39,8 +39,8 @@ class WaterPad:
 
     def _ink(self):
         distance = np.full(HEIGHT * WIDTH, np.inf)
-        for place in self.rest_uv:
-            distance = np.minimum(distance, np.hypot(*(self.pixels - place).T))
+        for position in self.rest_uv:
+            distance = np.minimum(distance, np.hypot(*(self.pixels - position).T))
         return 1 - (1 - INK) / (1 + np.exp((distance - DOT_PX) / 0.4))
 
     def wall(self, rays, tip=None, radius=0.008):
@@ -60,16 +60,16 @@ class WaterPad:
     def image(self, tip=None, radius=0.008):
         """The camera's picture (HEIGHT, WIDTH, 3), uint8 BGR."""
         ranges, normals = self.wall(self.pixel_rays, tip, radius)
-        places = self.camera.centre + ranges[:, None] * self.pixel_rays
-        depth = places[:, 2] - self.window
-        seen = np.isfinite(ranges) & (places[:, 2] > 0)
-        light = np.zeros((len(places), 3))
+        positions = self.camera.centre + ranges[:, None] * self.pixel_rays
+        depth = positions[:, 2] - self.window
+        seen = np.isfinite(ranges) & (positions[:, 2] > 0)
+        light = np.zeros((len(positions), 3))
         for angle in np.arange(LAMPS) * 2 * np.pi / LAMPS:
             lamp = self.camera.centre + self.lamp_radius * np.array([np.cos(angle), np.sin(angle), 0])
-            way = places - lamp
-            distance = np.linalg.norm(way, axis=1)
-            power = (np.maximum((way * normals).sum(1) / distance, 0) + self.ambient) / distance**2 * 0.0025 / LAMPS
-            light += power[:, None] * np.exp(-np.outer(depth * distance / way[:, 2], self.absorption))
+            ray = positions - lamp
+            distance = np.linalg.norm(ray, axis=1)
+            power = (np.maximum((ray * normals).sum(1) / distance, 0) + self.ambient) / distance**2 * 0.0025 / LAMPS
+            light += power[:, None] * np.exp(-np.outer(depth * distance / ray[:, 2], self.absorption))
         light *= np.exp(-np.outer(depth / self.pixel_rays[:, 2], self.absorption)) * self.gain
         light *= (self.ink * self.pixel_rays[:, 2]**3)[:, None]
         grey = np.where(seen[:, None], light, 0) + self.noise * self.rng.normal(size=light.shape)

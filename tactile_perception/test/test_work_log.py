@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN
-from tactile_perception.clock import StampClock
-from tactile_perception.errors import BadFrame, ClockSetBack
-from tactile_perception.work_log import Shedding, WorkLog
+from tactile_perception.core.clock import StampClock
+from tactile_perception.core.errors import BadFrame, ClockSetBack
+from tactile_perception.core.work_log import Shedding, WorkLog
 
 
 def test_counts_times_and_latencies_of_processed_frames():
@@ -181,19 +181,19 @@ def test_after_a_pause_of_an_hour_the_second_frame_is_accepted(clock):
 
 def test_a_frame_that_is_refused_leaves_no_stamp(clock):
     for error in (BadFrame, IndexError):
-        with pytest.raises(error), clock.at(2000.0) as anew:
-            assert not anew
+        with pytest.raises(error), clock.at(2000.0) as restarted:
+            assert not restarted
             raise error('the picture is black')
-    with clock.at(105.0) as anew:
-        assert not anew
+    with clock.at(105.0) as restarted:
+        assert not restarted
     with pytest.raises(ClockSetBack), clock.at(50.0):
         pass
     for _ in range(2):
-        with pytest.raises(BadFrame), clock.at(50.1) as anew:
-            assert anew
+        with pytest.raises(BadFrame), clock.at(50.1) as restarted:
+            assert restarted
             raise BadFrame('the picture is black')
-    with clock.at(50.1) as anew:
-        assert anew
+    with clock.at(50.1) as restarted:
+        assert restarted
 
 
 @pytest.mark.parametrize('stamp', [104.9, math.nan, math.inf])

@@ -15,8 +15,8 @@ import numpy as np
 from printed_dots import NAMES, make_scene, position_bound
 
 from tactile_perception.common.dots import Dots
+from tactile_perception.core.errors import BadFrame
 from tactile_perception.dots.detect import METHODS, DotDetector
-from tactile_perception.errors import BadFrame
 
 NOISE, NOISES = 2.0, (1.0, 2.0, 4.0, 8.0)  # grey levels
 MATCH = 3.0  # px: a dot farther than this from every true position is false

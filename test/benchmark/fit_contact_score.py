@@ -30,7 +30,7 @@ from tactile_perception.common.progress import progress
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.membrane import Membrane
 from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
-from tactile_perception.touchpad.places import DotPlaces, RestPlaces
+from tactile_perception.touchpad.positions import DotPositions, RestPositions
 from tactile_perception.touchpad.sensor import Touchpad
 
 RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
@@ -155,8 +155,8 @@ def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.nda
     values = {**defaults(TOUCHPAD_PARAMETERS), **touchpad_parameters(scene)}
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
-    tracker, places = make_tracker(values), DotPlaces(sensor, camera)
-    rest, membrane = RestPlaces(sensor.cap, camera, ROWS, COLUMNS), None
+    tracker, places = make_tracker(values), DotPositions(sensor, camera)
+    rest, membrane = RestPositions(sensor.cap, camera, ROWS, COLUMNS), None
     fed, reported, weight = [np.zeros((0, FED), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
     for number in range(scene.frames):
         frame = scene.render(number / RATE)
@@ -222,7 +222,7 @@ def _slopes(known: list[np.ndarray], fed: np.ndarray, reported: np.ndarray, weig
 
 
 def write(layers: list[np.ndarray], path: Path) -> None:
-    """Write weights and biases, rounded to 1e-4, under the names of _core.BorderNetwork."""
+    """Write weights and biases, rounded to 1e-4, under the names of _core.touchpad.BorderNetwork."""
     names = 'weights_1', 'biases_1', 'weights_2', 'biases_2', 'weights_3', 'bias_3'
     rounded = dict(zip(names, (np.round(part, 4).astype(np.float32) for part in layers)))
     rounded['weights_3'], rounded['bias_3'] = rounded['weights_3'][:, 0], rounded['bias_3'][0]

@@ -18,8 +18,8 @@ import numpy as np
 
 from tactile_driver.parameters.table import defaults
 from tactile_perception.common.dots import DotTracks
+from tactile_perception.core.errors import BadFrame
 from tactile_perception.dots.tracker import make_tracker
-from tactile_perception.errors import BadFrame
 from tactile_perception.gel.estimator import GelEstimator
 from tactile_perception.gel.parameters import GEL_PARAMETERS
 
@@ -95,7 +95,7 @@ def simulated(count):
                           depth=rng.uniform(0.1, 0.2) * thickness, friction=rng.uniform(0.3, 0.9), middle=rng.uniform(-3e-3, 3e-3, 2),
                           way=(drag * np.cos(angle), drag * np.sin(angle)))
         state, untouched, tracks = gel.states[-1], gel.tracks(None, rng), gel.tracks(gel.states[-1], rng)
-        radius = np.sqrt(len(state.places) / np.pi) * gel.contact.cell / METRES
+        radius = np.sqrt(len(state.positions) / np.pi) * gel.contact.cell / METRES
         for found, (changes, focal) in zip(presses, settings):
             press = Press(state.middle / METRES + CENTRE, radius, state.depth)
             press.judge(GelEstimator(gel.parameters | changes, CENTRE, focal), untouched, tracks)

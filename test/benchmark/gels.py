@@ -38,9 +38,9 @@ def trial(seed, changes, noise, factors):
         result = estimator.process(tracks, 1.0 + k)
         taken = time.process_time() - begin
         if k:  # the first one fills tables
-            place = state.places.mean(axis=0) + state.shift if gel.contact.indenter.radius == 0 else state.middle
+            place = state.positions.mean(axis=0) + state.shift if gel.contact.indenter.radius == 0 else state.middle
             depth = 100 * (result.contacts[0].depth / state.depth - 1)
-            area = 100 * (result.region.area / (len(state.places) * gel.contact.cell**2) - 1)
+            area = 100 * (result.region.area / (len(state.positions) * gel.contact.cell**2) - 1)
             off = 100 * (result.wrench[:3] - true) / -true[2]
             yield 1e3 * np.hypot(*(result.region.centroid[:2] - place)), off[2], np.hypot(*off[:2]), depth, area, 1e3 * taken
 

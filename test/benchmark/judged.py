@@ -27,10 +27,10 @@ from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene, writer_of
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.common.estimates import ContactEstimate
-from tactile_perception.errors import BadArgument, TactileError
+from tactile_perception.core.errors import BadArgument, TactileError
+from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.scores import label_f1
-from tactile_perception.parameters.file import write_parameters
 from tactile_perception.tools.calibrate import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording
 from tactile_perception.tools.evaluate import text

@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import os
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
@@ -31,6 +30,7 @@ from run import machine
 
 from tactile_bringup import share
 from tactile_driver.nodes.runtime.run import make_room_for_images
+from tactile_driver.recordings.serialization import header_stamp_ns
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_msgs.msg import ContactRegion, Contacts
 
@@ -126,8 +126,7 @@ def run(given: argparse.Namespace, rates: dict[str, float], folder: Path) -> lis
     heard: dict[str, dict[int, int]] = {name: {} for name in rates}  # stamp, ns -> ns from it to the receipt
 
     def take(name: str, data: bytes) -> None:
-        seconds, nanoseconds = struct.unpack_from('<iI', data, 4)  # a result begins with the stamp of its header
-        stamp = seconds * 10**9 + nanoseconds
+        stamp = header_stamp_ns(data)
         heard[name][stamp] = time.time_ns() - stamp
     rclpy.init(domain_id=DOMAIN)
     node, executor = Node('live_benchmark'), SingleThreadedExecutor()
@@ -208,7 +207,7 @@ def main() -> None:
     head = [f'`{" ".join(["live.py", *sys.argv[1:]])}`, {given.duration:g} s, {about["date"]}: {about["processor"]}, '
             f'{about["cores"]} processors, which also play and emulate the sensors; load before {load:.1f}', '',
             '| sensor | results, Hz | latency 50 / 95 / 100 %, ms | lost, % | CPU, % of a core | memory, MB | growth |', '|' + '---|' * 7]
-    (given.out / 'live.md').write_text('\n'.join([*head, *lines]) + '\n')
+    (given.out / 'live.md').write_text('\n'.join(['# Rates and latency of live sensors', '', *head, *lines]) + '\n')
     print((given.out / 'live.md').read_text())
 
 

@@ -20,8 +20,8 @@ from tactile_bringup import share
 from tactile_bringup.papers.bench import mean
 from tactile_bringup.papers.sheets import fit_published
 from tactile_perception.common.geometry import error_angle
+from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.evaluation.evaluation import Instant
-from tactile_perception.parameters.file import write_parameters
 from tactile_perception.press.tools import calibrate_markers
 
 SIZES = {'320 x 240': (320, 240), '640 x 480': (640, 480), '960 x 720': (960, 720)}
@@ -167,7 +167,7 @@ def deep_enough(least: float, _estimated: Instant, true: Instant) -> bool:
 def sheet_figures(judged: Judged) -> dict[str, float]:
     frames = judged.evaluation.summary()['frames']  # miscounted: a contact is missed, split, or false
     wrong = frames['missed'] + frames['too_many'] + frames['false'] + judged.refused
-    return {'position': judged.mean('place', 1e3), 'depth': judged.mean('depth', 1e3),
+    return {'position': judged.mean('position', 1e3), 'depth': judged.mean('depth', 1e3),
             'force': judged.medians().get('force', np.nan), 'miscounted': 1e3 * wrong / max(frames['judged'], 1)}
 
 

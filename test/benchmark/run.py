@@ -34,8 +34,8 @@ import cv2
 import numpy as np
 from parts import PARTS, Measure
 
-from tactile_perception.errors import TactileError
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.errors import TactileError
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 from tactile_perception.tools.evaluate import plain
 
 _ROUNDS = {True: 1, False: 3}  # by quick
@@ -120,16 +120,22 @@ def _label(name: str, measure: Measure) -> str:
     return f'{name}, {measure.unit} {_arrow(measure)}'.replace(',  ', ' ')
 
 
+TITLE = '# Speed and accuracy of all methods'
+
+
 def tables(entries: list[dict]) -> str:
-    """A Markdown table for each part: medians over rounds, and by how much the rounds' times differ from it."""
+    """A Markdown table for each part: medians over rounds, and by how much the rounds' times differ from it at most."""
     pages = []
     for part in dict.fromkeys(entry['part'] for entry in entries):
-        measures = PARTS[part].measures
-        head = ['sensor', 'method', 'image', 'ms a frame', 'rounds within', *(_label(*item) for item in measures.items())]
-        rows = [[e['source'], e['method'], e['size'] or '-', _said(middle(e['ms'])), f'{100 * noise(e["ms"]):.0f} %',
-                 *(_said(middle(e['errors'][name])) for name in measures)] for e in entries if e['part'] == part]
-        lines = [f'| {" | ".join(row)} |' for row in (head, *rows)]
-        pages.append('\n'.join([f'## {part}', '', lines[0], '|' + '---|' * len(head), *lines[1:]]))
+        measures, shown = PARTS[part].measures, [entry for entry in entries if entry['part'] == part]
+        columns = {'sensor': [e['source'] for e in shown], 'method': [e['method'] for e in shown], 'image': [e['size'] for e in shown],
+                   'ms a frame': [_said(middle(e['ms'])) for e in shown],
+                   **{_label(*item): [_said(middle(e['errors'][item[0]])) for e in shown] for item in measures.items()}}
+        if not any(columns['image']):
+            del columns['image']
+        lines = [f'| {" | ".join(row)} |' for row in (columns, *zip(*columns.values()))]
+        pages.append('\n'.join([f'## {part}', '', lines[0], '|' + '---|' * len(columns), *lines[1:], '',
+                                f'Rounds differ by at most {100 * max(noise(e["ms"]) for e in shown):.0f} % in time.']))
     return '\n\n'.join(pages) + '\n'
 
 
@@ -277,11 +283,11 @@ def main(arguments: list[str] | None = None) -> int:
             entries = measure(names, given.quick, given.recorded, Path(folder))
     given.out.mkdir(parents=True, exist_ok=True)
     page, stored, plot = (given.out / f'benchmark.{ending}' for ending in ('md', 'json', 'png'))
-    page.write_text(f'{summary(entries)}\n{tables(entries)}\n' + '; '.join(f'{name} {value}' for name, value in about.items()) + '\n')
+    page.write_text(f'{TITLE}\n\n{tables(entries)}\n' + '; '.join(f'{name} {value}' for name, value in about.items()) + '\n')
     stored.write_text(json.dumps(plain({'about': about, 'entries': entries}), indent=1) + '\n')
     kind = ('quick' if about['quick'] else 'full') + ' run' + (' on recordings' if about['recorded'] else '')
     draw(entries, plot, f"{kind}, {about['processor']}, {about['date']}")
-    print(f'{page.read_text()}\n{page}\n{stored}\n{plot}')
+    print(f'{summary(entries)}\n{page.read_text()}\n{page}\n{stored}\n{plot}')
     worse = compared(given.compare, entries, about, names) if given.compare else []
     if given.compare:
         print('\n'.join(['worse than before:', *worse]) if worse else 'nothing is slower or less accurate than before')

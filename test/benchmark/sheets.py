@@ -177,7 +177,7 @@ def counts(apart: float, _estimated, true) -> bool:
 def line(name: str, judged: Judged) -> str:
     """A line of the table."""
     errors, summary = judged.evaluation.errors(), judged.evaluation.summary()
-    spreads = [1e3 * np.abs(errors[quantity][np.isfinite(errors[quantity][:, 3]), 3]) for quantity in ('place', 'depth')]
+    spreads = [1e3 * np.abs(errors[quantity][np.isfinite(errors[quantity][:, 3]), 3]) for quantity in ('position', 'depth')]
     frames, middle = summary['frames'], judged.medians()
     whole = 1 - (frames['missed'] + frames['too_few'] + frames['too_many']) / max(frames['touched'], 1)
     return (f'| {name} | ' + ' | '.join(f'{part.mean():.3f} / {np.percentile(part, 95):.3f}' for part in spreads)

@@ -22,8 +22,8 @@ from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_taxel_scene
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene
+from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.evaluation.scores import macro_f1
-from tactile_perception.parameters.file import write_parameters
 from tactile_perception.tools.judged_bag import JudgedBag
 
 DEVICES = {'A': (PadSpecimen(), InkSpecimen()), 'B': DEVICE_B}

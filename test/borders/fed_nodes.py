@@ -20,7 +20,7 @@ from tactile_bringup import share
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
-from tactile_perception.node import make_node
+from tactile_perception.core.node import make_node
 
 _NUMBERS = itertools.count(1)
 _IMAGES = 'camera_info', 'image_raw'
@@ -74,7 +74,7 @@ def own_parameters(name: str, sensor: str) -> dict[str, str]:
 
 
 class Nobody:
-    """In place of a publisher of the middleware."""
+    """Stands in for a publisher of the middleware."""
 
     def __init__(self, topic: str):
         self.topic_name = topic
@@ -84,7 +84,7 @@ class Nobody:
 
 
 class Sink:
-    """In place of a publisher, with somebody who listens: what is published has to be a message that the middleware takes."""
+    """Stands in for a publisher with a subscriber: what is published has to be a message that the middleware takes."""
 
     def __init__(self, topic: str):
         self.topic_name, self.published = topic, []

@@ -65,11 +65,11 @@ def _spoil(rng: random.Random, message) -> None:
 def _spoil_entries(rng: random.Random, values, type_) -> None:
     """Some entries of an array, its length as it is."""
     for _ in range(rng.choice((1, 1, 2, 5, 50))):
-        place = rng.randrange(len(values))
+        position = rng.randrange(len(values))
         if isinstance(type_, NamespacedType):
-            _spoil(rng, values[place])
+            _spoil(rng, values[position])
         else:
-            values[place] = _value(rng, type_, values[place])
+            values[position] = _value(rng, type_, values[position])
 
 
 def _value(rng: random.Random, type_, old):
@@ -91,7 +91,7 @@ def _value(rng: random.Random, type_, old):
 
 
 def _sequence(rng: random.Random, type_, old):
-    """One of another length, cut, doubled or made anew."""
+    """A sequence of another length: cut, doubled or new."""
     how = rng.random()
     if old is not None and len(old) and how < 0.4:
         length = rng.choice((0, 1, len(old) - 1, len(old) // 2))

@@ -14,9 +14,9 @@ from random_messages import hostile
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.serialization import encode
-from tactile_perception.errors import BadFrame
+from tactile_perception.core.errors import BadFrame
+from tactile_perception.core.messages import camera_matrices, check_message
 from tactile_perception.finger.stage import FingerStage
-from tactile_perception.nodes.messages.conversions import camera_matrices, check_message
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
 _STEP_NS = 10_000_000

@@ -16,8 +16,8 @@ from ament_index_python.packages import get_package_prefix, get_package_share_di
 from pages import ALL_PAGES, ROOT, commands, files, indented_commands
 
 VERBS = ('topic', 'service', 'param', 'node', 'bag')
-TOPICS = {'image_raw', 'camera_info', 'time_reference', 'voltages', 'description', 'dots', 'contact_region', 'contacts', 'slip', 'wrench',
-          'markers', 'image_annotated', 'points', 'set_reference', 'diagnostics'}
+TOPICS = {'friction', 'image_raw', 'camera_info', 'time_reference', 'voltages', 'description', 'dots', 'contact_region', 'contacts', 'slip',
+          'wrench', 'markers', 'image_annotated', 'points', 'set_reference', 'object', 'diagnostics'}
 ALL = [pytest.param(page, command, id=f'{page.stem}: {command[:90]}') for page in ALL_PAGES
        for command in commands(page) + indented_commands(page)]
 
@@ -49,10 +49,10 @@ def check_launch(words, _page):
 
 def check_run(words, _page):
     own = words[4:words.index('--ros-args')] if '--ros-args' in words else words[4:]
-    chosen = [word for word in own if word.startswith('--')]
-    if chosen:
-        said = options(words[2], words[3])
-        assert not [word for word in chosen if word not in said], f'{words[3]} takes none of {chosen}'
+    given = [word for word in own if word.startswith('--')]
+    if given:
+        known = options(words[2], words[3])
+        assert not [word for word in given if word not in known], f'{words[3]} takes not all of {given}'
     else:
         assert Path(get_package_prefix(words[2]), 'lib', words[2], words[3]).is_file(), f'{words[2]} has no executable {words[3]}'
 

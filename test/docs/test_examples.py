@@ -13,7 +13,7 @@ import time
 import numpy as np
 import pytest
 import rclpy
-from pages import ROOT, files
+from pages import ROOT
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
@@ -21,7 +21,7 @@ from sensor_msgs.msg import Image
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
-PAGE = ROOT / 'docs' / 'extending.md'
+EXAMPLES = ROOT / 'docs' / 'examples'
 PORT = 7100 + os.getpid() % 800
 FIND = """
 import runpy, sys
@@ -50,12 +50,11 @@ def images():
     rclpy.try_shutdown()
 
 
-def test_an_array_that_sends_datagrams_is_published(tmp_path, images):
+def test_a_users_array_that_sends_datagrams_is_published(images):
     received, executor = images
-    path = tmp_path / 'udp_array.py'
-    path.write_text(files(PAGE)['udp_array.py'])
-    process = subprocess.Popen([sys.executable, str(path), '--ros-args', '-r', '__ns:=/taxel_array', '-p', 'source:=udp', '-p',
-                                f'device:="{PORT}"'], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    arguments = ['--ros-args', '-r', '__ns:=/taxel_array', '-p', 'source:=udp', '-p', f'device:="{PORT}"']
+    process = subprocess.Popen([sys.executable, EXAMPLES / 'udp_array.py', *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                               text=True)
     values = np.arange(44 * 44).reshape(44, 44).astype(np.uint8)
     sender, end = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), time.monotonic() + 60
     while not received and time.monotonic() < end:
@@ -70,10 +69,9 @@ def test_an_array_that_sends_datagrams_is_published(tmp_path, images):
     assert '9 bytes' in said
 
 
-def test_a_method_of_ones_own_finds_the_dots(tmp_path):
-    path = tmp_path / 'blob_tracker.py'
-    path.write_text(files(PAGE)['blob_tracker.py'])
-    reported = subprocess.run([sys.executable, '-c', FIND, str(path)], capture_output=True, text=True, timeout=90, check=True, cwd=tmp_path)
+def test_a_users_method_finds_the_dots(tmp_path):
+    reported = subprocess.run([sys.executable, '-c', FIND, EXAMPLES / 'blob_tracker.py'], capture_output=True, text=True, timeout=90,
+                              check=True, cwd=tmp_path)
     count, error = reported.stdout.split()
     assert int(count) > 500 and float(error) < 0.3
 

@@ -14,12 +14,12 @@ PACKAGES = ('tactile_driver', 'tactile_perception', 'tactile_bringup')
 #: Where a path may begin besides the page's folder: at the top, in a package, in its Python folder, among the tests, in the example.
 FOLDERS = (*PACKAGES, 'docs', 'environment', 'test')
 STARTS = (ROOT, *(ROOT / package for package in PACKAGES), *(ROOT / package / package for package in PACKAGES), ROOT / 'test',
-          ROOT / 'docs' / 'examples' / 'slip_watch')
+          ROOT / 'docs/examples/slip_watch', ROOT / 'docs/examples/tactile_plate')
 ENDINGS = r'\.(?:py|md|yaml|xml|rviz|bash|txt|in|cpp|hpp|msg|png|webp)'
 PATH = re.compile(rf'((?:[\w.*-]+/)+[\w.*-]*|[\w*-]+\.py|(?:[\w.*-]+/)*[\w.*-]+{ENDINGS})(?::(\w+))?')
 #: What commands write, what recordings hold, and what users call their own.
-ELSEWHERE = re.compile(r'(out|folder|frames|sdh_slip|dsa_slip|simulated|ground_truth|left|right|share|image_raw)/.*|'
-                       r'(my_|NAME_|rows_and_columns|BAG|PARAMS|CALIBRATION|sensor\.json).*')
+ELSEWHERE = re.compile(r'(out|folder|frames|simulated|ground_truth|left|right|share|recordings|estimates|image_raw|\w+_(bag|slip))/.*|'
+                       r'(my_|NAME_|BAG|PARAMS|CALIBRATION|sensor\.json).*')
 
 
 def code_words(page):
@@ -63,8 +63,8 @@ def test_paths_and_names_exist(page):
             continue
         found = targets(page, path)
         assert found, f'{page.name} names {path}, which is not there'
-        # a class or function of Python, a name that a module assigns, a function of C++
-        defined = re.compile(rf'^ *(?:class|def) {name}\b|^{name}(?:: .+)? = |^[\w:<>,&* ]+\b{name}\(', re.MULTILINE)
+        # a class or function of Python, a name that a module assigns, a class or function of C++
+        defined = re.compile(rf'^ *(?:class|struct|def) {name}\b|^{name}(?:: .+)? = |^[\w:<>,&* ]+\b{name}\(', re.MULTILINE)
         assert not name or any(defined.search(file.read_text()) for file in found), \
             f'{page.name} names {name} in {path}, which does not define it'
 
@@ -77,5 +77,6 @@ def test_the_readmes_table_is_of_the_benchmark_that_is_stored_and_shows_every_se
     entries = json.loads((ROOT / 'test/benchmark/doc/benchmark.json').read_text())['entries']
     assert {'touchpad', *MARKER_SENSORS, 'psd_finger', 'taxel_array'} <= {entry['source'] for entry in entries}
     page = (ROOT / 'test/benchmark/doc/benchmark.md').read_text()
-    assert page.startswith(run.summary(entries)), 'run.py --out test/benchmark/doc measures again, --stored makes the page again'
-    assert run.summary(entries) in (ROOT / 'README.md').read_text(), 'the table of README.md is the first of benchmark.md: copy it'
+    shown = f'{run.TITLE}\n\n{run.tables(entries)}'
+    assert page.startswith(shown), 'run.py --out test/benchmark/doc measures again, --stored makes the page again'
+    assert run.summary(entries) in (ROOT / 'README.md').read_text(), 'copy the first table that run.py --stored prints'

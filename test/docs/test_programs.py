@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 import pytest
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
-from pages import ROOT, files
+from pages import ROOT
 
-EXAMPLE = ROOT / 'docs' / 'examples' / 'slip_watch'
+EXAMPLES = ROOT / 'docs' / 'examples'
 STAND_IN = Path(__file__).with_name('rclcpp_stand_in')
 MESSAGES = ('tactile_msgs', 'std_msgs', 'geometry_msgs', 'builtin_interfaces', 'rosidl_runtime_cpp', 'rosidl_runtime_c',
             'rosidl_typesupport_interface', 'rcutils')
@@ -25,7 +25,7 @@ def test_it_builds_where_rclcpp_is(tmp_path):
         get_package_prefix('rclcpp')
     except PackageNotFoundError:
         pytest.skip('rclcpp is not there: only its use of the messages is compiled')
-    shutil.copytree(EXAMPLE, tmp_path / 'src' / 'slip_watch')
+    shutil.copytree(EXAMPLES / 'slip_watch', tmp_path / 'src' / 'slip_watch')
     done = subprocess.run(['colcon', 'build', '--event-handlers', 'console_direct+'], cwd=tmp_path, capture_output=True, text=True,
                           timeout=400)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -48,11 +48,10 @@ def test_its_use_of_the_messages_compiles():
         pytest.skip('no C++ compiler')
     headers = [f'-isystem{path}' for path in includes()]
     done = subprocess.run([compiler, '-std=c++17', '-fsyntax-only', '-Wall', '-Wextra', '-Werror', *headers,
-                           str(EXAMPLE / 'src' / 'slip_watch.cpp')], capture_output=True, text=True, timeout=120)
+                           str(EXAMPLES / 'slip_watch' / 'src' / 'slip_watch.cpp')], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
 
 
-PYTHON_PAGE = ROOT / 'docs' / 'python.md'
 WITHOUT_ROS = """
 import runpy, sys
 sys.modules['rclpy'] = None  # an import raises ImportError
@@ -62,14 +61,13 @@ runpy.run_path(sys.argv[1], run_name='__main__')
 
 @pytest.fixture
 def run(tmp_path):
-    """Runs a script of the page in a folder that has the repository's files, and returns what it printed."""
+    """Runs an example in a folder that has the repository's files, and returns what it printed."""
     for name in ('docs', 'tactile_bringup'):
         (tmp_path / name).symlink_to(ROOT / name)
 
     def run(name):
-        (tmp_path / name).write_text(files(PYTHON_PAGE)[name])
         paths = os.pathsep.join(str(ROOT / package) for package in ('tactile_driver', 'tactile_perception'))
-        done = subprocess.run([sys.executable, '-c', WITHOUT_ROS, name], cwd=tmp_path, env={**os.environ, 'PYTHONPATH': paths},
+        done = subprocess.run([sys.executable, '-c', WITHOUT_ROS, EXAMPLES / name], cwd=tmp_path, env={**os.environ, 'PYTHONPATH': paths},
                               capture_output=True, text=True, timeout=120)
         assert done.returncode == 0, done.stderr
         return done.stdout

@@ -4,6 +4,7 @@
 import doctest
 import importlib
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,11 +12,12 @@ from pkgutil import resolve_name
 from runpy import run_path
 
 import pytest
+import yaml
 from pages import PAGES, ROOT
 
 import tactile_perception
 
-SEARCHED = run_path(str(ROOT / 'docs/conf.py'))['SEARCHED']
+SEARCHED = run_path(str(ROOT / 'conf.py'))['SEARCHED']
 DIRECTIVE = re.compile(r'^\.\. (auto\w+|currentmodule|headers):: (\S+)$', re.MULTILINE)
 #: Where `make docs` installs Sphinx.
 SPHINX = ROOT / '.env' / 'docs' / 'bin'
@@ -62,6 +64,15 @@ def test_every_page_is_in_the_table_of_contents():
     assert [page for page in SEARCHED if not (ROOT / f'{page}.md').is_file()] == []
 
 
+def test_the_configuration_finds_what_is_beside_it(tmp_path, monkeypatch):
+    """rosdoc2 executes it in a copy of the repository."""
+    monkeypatch.setattr(sys, 'path', sys.path[:])
+    run_path(shutil.copy(ROOT / 'conf.py', tmp_path))
+    assert {'docs/extension', 'tactile_driver', 'tactile_perception'} <= {str(Path(path).relative_to(tmp_path)) for path in sys.path[:4]}
+    _, config = yaml.safe_load_all((ROOT / 'tactile_bringup/rosdoc2.yaml').read_text())
+    assert (ROOT / 'tactile_bringup' / config['builders'][0]['sphinx']['sphinx_sourcedir']).samefile(ROOT)
+
+
 def test_examples_of_docstrings_run():
     modules = {object_of(name).__module__ for directive, name in documented() if directive != 'automodule'}
     modules |= {name for directive, name in documented() if directive == 'automodule'}
@@ -72,7 +83,7 @@ def test_examples_of_docstrings_run():
 
 @pytest.mark.skipif(not (SPHINX / 'sphinx-build').exists(), reason='make docs has not installed Sphinx')
 def test_the_pages_build_without_a_warning_and_the_search_finds_them(tmp_path):
-    built = subprocess.run([SPHINX / 'sphinx-build', '--quiet', '--fail-on-warning', '-c', 'docs', '.', tmp_path], cwd=ROOT, text=True,
+    built = subprocess.run([SPHINX / 'sphinx-build', '--quiet', '--fail-on-warning', '.', tmp_path], cwd=ROOT, text=True,
                            capture_output=True)
     assert built.returncode == 0, built.stderr
     searched = subprocess.run([SPHINX / 'python', 'docs/check_search.py', tmp_path], cwd=ROOT, text=True, capture_output=True)

@@ -87,11 +87,38 @@ def test_what_needs_rosbag2_is_refused_by_name(name):
         getattr(rosbag2_py, name)()
 
 
+@pytest.mark.skipif(is_stand_in, reason="rosbag2's own module is not installed")
+@pytest.mark.parametrize('name', FACE)
+def test_the_list_of_names_is_complete(name):
+    found = getattr(rosbag2_py, name)
+    public = set(found.__members__ if hasattr(found, '__members__') else dir(found) if isinstance(found, type) else ())
+    assert FACE[name] == {word for word in public if not word.startswith('_')}
+
+
+def writing(**options):
+    """Opens a new bag with options, in a folder that is given."""
+    return lambda folder: SequentialWriter().open(StorageOptions(str(folder / 'bag'), **options), ConverterOptions())
+
+
+#: What is there, but refused: words of the error -> a call that raises it.
+REFUSED = {
+    **{f'StorageOptions.{next(iter(options))}': writing(**options) for options in (
+        {'max_bagfile_size': 10}, {'max_bagfile_duration': 10}, {'snapshot_mode': True}, {'storage_config_uri': 'x.yaml'},
+        {'start_time_ns': 5}, {'end_time_ns': 5})},
+    'reading in reverse order': lambda folder: opened(write(folder / 'bag', 'mcap')).set_read_order(
+        ReadOrder(ReadOrderSortBy.ReceivedTimestamp, True)),
+    'the compression lz4': lambda _folder: SequentialCompressionWriter(CompressionOptions('lz4', CompressionMode.FILE, 0, 1)),
+    'Info.read_metadata_and_output_service_verbose': lambda folder: rosbag2_py.Info().read_metadata_and_output_service_verbose(
+        str(folder), 'mcap'),
+    'the definition of the type std_srvs/srv/Trigger': lambda _folder: rosbag2_py.LocalMessageDefinitionSource().get_full_text(
+        'std_srvs/srv/Trigger')}
+
+
 @needs_stand_in
-@pytest.mark.parametrize('option', [{'max_bagfile_size': 10}, {'snapshot_mode': True}, {'storage_config_uri': 'x.yaml'}])
-def test_options_without_effect_are_refused_by_name(tmp_path, option):
-    with pytest.raises(RuntimeError, match=f'StorageOptions.{next(iter(option))} needs'):
-        SequentialWriter().open(StorageOptions(str(tmp_path / 'bag'), **option), ConverterOptions())
+@pytest.mark.parametrize('what', REFUSED)
+def test_what_only_rosbag2_does_is_refused_by_name(tmp_path, what):
+    with pytest.raises(RuntimeError, match=f"{what} needs ROS 2's own rosbag2"):
+        REFUSED[what](tmp_path)
 
 
 def topic(name, kind='std_msgs/msg/String', **more):

@@ -91,14 +91,14 @@ def test_python_that_is_too_new_is_named_with_the_line_to_type(tmp_path):
 
 
 def test_another_ros_2_is_named():
-    done = shell('unset TACTILE_FALLBACK; export ROS_DISTRO=humble; source "$ROOT/setup.bash" && echo went on')
+    done = shell('unset TACTILE_FALLBACK; export ROS_DISTRO=humble; source "$ROOT/setup.bash" && echo continued')
     assert (done.stdout, len(done.stderr.splitlines())) == ('', 1)
     assert 'humble' in done.stderr and 'Jazzy' in done.stderr
 
 
 def test_little_space_is_named():
     done = shell('source "$ROOT/environment/steps.bash"; source "$ROOT/environment/system.bash"; free_megabytes() { echo 300; }; '
-                 'require_space /; echo went on')
+                 'require_space /; echo continued')
     assert done.stdout == ''
     assert '300 MB are free' in done.stderr
 
@@ -208,7 +208,7 @@ def test_show_args_names_arguments_and_defaults(launch_file):
     assert "'code':" in done.stdout and 'How long it runs' in done.stdout and "(default: '0')" in done.stdout
 
 
-@pytest.mark.skipif('TACTILE_FALLBACK' not in os.environ, reason="ROS 2's own ros2launch does not tell failed processes by its exit code")
+@pytest.mark.skipif('TACTILE_FALLBACK' not in os.environ, reason="ROS 2's own ros2launch does not report failed processes by its exit code")
 def test_ends_with_1_when_the_process_fails(launch_file):
     assert launch(launch_file, 'code:=3').returncode == 1
 

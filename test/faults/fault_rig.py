@@ -32,7 +32,7 @@ from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import PsdVoltages
-from tactile_perception.node import make_node
+from tactile_perception.core.node import make_node
 
 OK, WARN, ERROR = 0, 1, 2
 PATIENCE = 60.0  # s, for what takes a second on an idle machine
@@ -150,7 +150,7 @@ class Bench:
         return f'/{name}{next(self._names)}'
 
     def until(self, condition, known=str) -> float:
-        """When condition() came true, monotonic s; where it does not, known() and what the nodes last said, and how long ago, tell why."""
+        """Monotonic time in s at which condition() came true; if it does not, the error has known() and the last reports of the nodes."""
         end = time.monotonic() + PATIENCE
         while not condition():
             now = time.monotonic()
@@ -197,7 +197,7 @@ class Beside:
         bench.until(lambda: len(self._heard) > 3)
 
     def check(self) -> None:
-        """Every sample since the last check has come, in order, and goes on coming."""
+        """Every sample since the last check has come, in order, and more arrive."""
         seen = len(self._heard)
         self._bench.until(lambda: len(self._heard) > seen + 1)
         numbers = samples([h.message for h in self._heard[self._done:]])

@@ -7,7 +7,7 @@ from fault_rig import PATIENCE, made, planned
 from tactile_bringup import share
 from tactile_driver.errors import TactileError as DriverError
 from tactile_driver.nodes.runtime.run import EXIT_FAILURE
-from tactile_perception.errors import TactileError
+from tactile_perception.core.errors import TactileError
 
 READERS = {'areal_single': 'press_contact_node', 'areal_dual': 'press_contact_node', 'air_cushion': 'press_contact_node',
            'psd_finger': 'psd_contact_node', 'taxel_array': 'taxel_contact_node'}

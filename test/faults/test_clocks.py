@@ -14,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 from tactile_driver.nodes.driver_node import DriverNode
 from tactile_driver.nodes.psd_node import PsdNode
 from tactile_msgs.msg import Contacts, PsdVoltages
-from tactile_perception.node import make_node
+from tactile_perception.core.node import make_node
 
 HOUR = 3600 * 10**9
 

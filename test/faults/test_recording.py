@@ -83,14 +83,14 @@ def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
     others.unlink()
     free = time.monotonic()
     bench.reported(f'{space}/record_node', OK, 'messages recorded', free)
-    line = bench.logged('recording goes on', free)
+    line = bench.logged('recording continues', free)
     sure = time.monotonic()
     bench.until(lambda: heard[-1].at > sure + 0.8)
     record_more(bench, space)
     recorder.send_signal(signal.SIGINT)
     assert recorder.wait(PATIENCE) == 0, recorder.log
     got, kept = samples([h.message for h in heard])[:, 0].tolist(), numbers_in(disk / 'bag', f'{space}/voltages')
-    assert got == list(range(got[0], got[-1] + 1)), 'raw data go on'
+    assert got == list(range(got[0], got[-1] + 1)), 'raw data continue'
     early = set(samples([h.message for h in heard if h.at < before])[-100:, 0])
     late = set(samples([h.message for h in heard if sure < h.at < sure + 0.8])[:, 0])
     assert early | late <= set(kept) and kept == sorted(set(kept)) and len(kept) < kept[-1] - kept[0] + 1

@@ -33,7 +33,7 @@ from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode  # noqa: E402
 from tactile_msgs.msg import PsdVoltages  # noqa: E402
 
-_PATIENCE_S = 180.0  # for each state; chosen: three times what a machine takes that is busy besides
+_PATIENCE_S = 180.0  # for each state: three times what a busy machine takes
 _SERIAL = {'finger': (PsdNode, PsdVoltages, 'voltages', {'batch_period': 0.05}, samples, 1),
            'array': (TaxelArrayNode, Image, 'image_raw', {'rows': 4, 'columns': 4, 'baud': 921600}, frames, 2)}
 
@@ -294,7 +294,7 @@ CASES = {**{case.__name__: case for case in (selection, formats, not_offered, co
 
 
 def main(wanted: list[str]) -> None:
-    """Run the cases that are wanted, or all, and tell the host."""
+    """Run the selected cases, or all, and report to the host."""
     with open('/dev/ttyS1', 'r+b', buffering=0) as line:
         tty.setraw(line)
         rclpy.init()

@@ -133,7 +133,7 @@ class Machine:
         return made
 
     def _command(self, name: str, **arguments) -> None:
-        """Do a command of QEMU's machine protocol, and pass over what it tells by itself."""
+        """Do a command of QEMU's machine protocol, and skip the events that it sends by itself."""
         self._qmp.write(json.dumps({'execute': name, 'arguments': arguments}) + '\n')
         self._qmp.flush()
         while True:

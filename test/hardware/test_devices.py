@@ -11,7 +11,7 @@ from machine import Machine, missing
 
 pytestmark = [pytest.mark.hardware, pytest.mark.timeout(1800)]
 HERE = Path(__file__).resolve().parent
-_LONGEST_S = 1500.0  # for all cases; chosen: on two idle cores they take a third of it
+_LONGEST_S = 1500.0  # for all cases; on two idle cores they take a third of it
 
 
 @pytest.fixture(scope='module')

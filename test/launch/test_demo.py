@@ -86,4 +86,4 @@ def test_a_session_on_the_simulated_stage_begins_and_keeps_what_it_has_when_inte
     launched.wait_for_line('press 1 of 12: go to', 120)
     launched.wait_for_line('held at|dropped', 120)
     launched.interrupt()  # exit codes after it: test_sensors.py
-    assert 'start it again with the same output to go on' in launched.log and 'does not join' not in launched.log
+    assert 'start it again with the same output to continue' in launched.log and 'does not join' not in launched.log

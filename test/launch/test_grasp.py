@@ -1,8 +1,15 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """grasp.launch.py: an object in MuJoCo is grasped, lifted and held by what its array reports over driver and perception."""
+import os
+import signal
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 
 from tactile_bringup.grasp.controller import GripLimits
@@ -12,8 +19,8 @@ pytest.importorskip('mujoco', reason='MuJoCo is an optional extra: pip install m
 
 
 def test_a_box_is_grasped_and_lifted(ros2, listen):
-    launched = ros2('launch', 'tactile_bringup', 'grasp.launch.py', 'object:=light_rough_box', 'demo:=true')
-    ear = listen({'/grip_controller/force': Float64, '/array/slip': Slip, '/diagnostics': DiagnosticArray})
+    launched = ros2('launch', 'tactile_bringup', 'grasp.launch.py', 'object:=light_rough_box', 'demo:=true', 'speed:=0.8')
+    ear = listen({'/grip_controller/force': Float64, '/array/slip': Slip, '/diagnostics': DiagnosticArray, '/clock': Clock})
 
     def engine(name):
         return [value.value for message in list(ear.heard['/diagnostics']) for status in message.status
@@ -22,9 +29,48 @@ def test_a_box_is_grasped_and_lifted(ros2, listen):
     assert ear.wait_for(lambda: any(message.data >= GripLimits.start_force for message in list(forces)), 120), launched.log
     assert ear.wait_for(lambda: any(float(least) > 0.5 * 0.02 * 9.81 / 2 for least in engine('least force (N)')), 120), launched.log
     assert ear.wait_for(lambda: [float(moved) for moved in engine('displacement (mm)') if moved != 'nan'], 120), launched.log
-    assert engine('held')[-1] == 'True'
+    assert engine('held')[-1] == 'True' and np.median([float(speed) for speed in engine('speed (of real time)')]) < 0.9
+    stamps = np.diff(ear.stamps('/array/slip'))
+    assert (stamps > 0).all() and np.median(stamps) == pytest.approx(1e7, rel=0.06), 'of simulated time, though that is slower'
+    now = ear.heard['/clock'][-1].clock
+    assert abs(now.sec - ear.heard['/array/slip'][-1].header.stamp.sec) <= 1
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == [], launched.log
+
+
+def processes_of(launched, word):
+    """The process numbers of a launch whose command lines hold a word."""
+    found = []
+    for folder in Path('/proc').glob('[0-9]*'):
+        with suppress(OSError):
+            if os.getsid(int(folder.name)) == launched.process.pid and word.encode() in (folder / 'cmdline').read_bytes().split(b'\0'):
+                found.append(int(folder.name))
+    return found
+
+
+@pytest.mark.parametrize('sensor', ['array', 'touchpad'])
+def test_an_object_stays_in_the_hand_when_the_process_of_a_sensor_is_killed(ros2, listen, sensor):
+    launched = ros2('launch', 'tactile_bringup', 'grasp.launch.py', 'object:=light_rough_box', 'demo:=true')
+    ear = listen({f'/{sensor}/slip': Slip, '/grip_controller/force': Float64, '/diagnostics': DiagnosticArray})
+
+    def of(node):
+        return [status for message in list(ear.heard['/diagnostics']) for status in message.status if status.name.startswith(node)]
+
+    def engine(name):
+        return [value.value for status in of('/gripper_node') for value in status.values if value.key == name]
+    assert ear.wait_for(lambda: [float(moved) for moved in engine('displacement (mm)') if moved != 'nan'], 120), launched.log
+    assert ear.wait_for(lambda: ear.heard[f'/{sensor}/slip'], 60), launched.log
+    killed, = processes_of(launched, f'__ns:=/{sensor}')
+    os.kill(killed, signal.SIGKILL)
+    assert ear.wait_for(lambda: any(f'sensor {sensor} sends no slip: the object is held by the other' in status.message
+                                    for status in of('/grip_controller')), 60), launched.log
+    ear.heard[f'/{sensor}/slip'].clear()
+    assert ear.wait_for(lambda: ear.heard[f'/{sensor}/slip'], 120), 'launch starts the process again'
+    ear.heard['/diagnostics'].clear()
+    assert ear.wait_for(lambda: any(f'sensor {sensor} ' not in status.message and 'no sensor' not in status.message
+                                    for status in of('/grip_controller')), 30), launched.log
+    assert ear.wait_for(lambda: engine('held'), 30)
+    assert engine('held')[-1] == 'True' and float(engine('displacement (mm)')[-1]) < 2.0, launched.log
 
 
 def test_an_unknown_object_ends_the_launch_in_one_line(ros2):

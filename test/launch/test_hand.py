@@ -34,12 +34,12 @@ def sensor_process(launched, name):
 def test_a_hand_is_recorded_a_sensor_that_dies_comes_back_and_the_recording_is_played(ros2, listen, hand, tmp_path):
     launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand, 'record:=bags')
     ear = listen({**TOPICS, '/diagnostics': DiagnosticArray})
-    places = []
-    ear.node.create_subscription(TFMessage, '/tf_static', places.append, LATCHED)
+    positions = []
+    ear.node.create_subscription(TFMessage, '/tf_static', positions.append, LATCHED)
     assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 20 for topic in TOPICS), 120), launched.log
 
     def mounted():
-        return {t.child_frame_id: t.header.frame_id for message in list(places) for t in message.transforms}
+        return {t.child_frame_id: t.header.frame_id for message in list(positions) for t in message.transforms}
     assert ear.wait_for(lambda: mounted().keys() >= {'left_pad', 'tip', 'tip_tip'}, 120), launched.log
     assert mounted()['left_pad'] == 'hand' and mounted()['tip'] == 'left_pad' and mounted()['tip_tip'] == 'tip'
 
@@ -57,7 +57,7 @@ def test_a_hand_is_recorded_a_sensor_that_dies_comes_back_and_the_recording_is_p
     before = len(ear.heard['/tip/contacts'])
     assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > before + 20, 120), launched.log
     others = ear.stamps('/left/pad/contacts')
-    assert others == sorted(set(others)), 'the other goes on'
+    assert others == sorted(set(others)), 'the other continues'
     ear.close()
     assert launched.interrupt() in (0, 1), 'our launch verb counts a process that was killed as failed'
     assert 'Traceback' not in launched.log

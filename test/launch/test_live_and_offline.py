@@ -18,8 +18,8 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import write_messages
 from tactile_perception.bags.replay import Replay
-from tactile_perception.node import make_node
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.node import make_node
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
 # sensor type: writer of a scene, the scene, rate in Hz, number of raw messages
 SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24),

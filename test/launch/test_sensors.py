@@ -20,7 +20,7 @@ SPACE = 'left/pad'
 DOTS = {'dots': DotTracks, 'contacts': Contacts, 'contact_region': ContactRegion, 'wrench': WrenchStamped, 'points': PointCloud2}
 CAMERA = {'image_raw': Image, 'camera_info': CameraInfo}
 DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
-# sensor: scene, rate (Hz), raw topics, results, period of the results (s), largest median error: place (m; finger: normal, rad), depth (m)
+# sensor: scene, rate (Hz), raw topics, results, their period (s), maximum median error of position (m; finger: normal, rad) and depth (m)
 SENSORS = {
     'touchpad': ('sphere_press', 10, CAMERA, {**DOTS, 'slip': Slip}, 0.1, 1e-3, 4e-4),
     'areal_dual': ('areal_dual_press', 10, CAMERA, DOTS, 0.1, 1.5e-3, 3e-4),
@@ -52,7 +52,7 @@ def check_rviz(sensor, graph):
 
 
 def off(sensor, found, truth):
-    """(place, depth) of frames in which one thing touches and one contact is found."""
+    """(position, depth) of frames in which one thing touches and one contact is found."""
     true = {stamp_ns_of(message.header): message.contacts for message in list(truth)}
     stamps, pairs = np.array(sorted(true)), []
     for message in found:
@@ -79,7 +79,7 @@ def check_idle(listen, launched):
 
 @pytest.mark.parametrize('sensor', SENSORS)
 def test_a_simulated_sensor_as_a_user_starts_it(ros2, listen, sensor):
-    scene, rate, raw, results, period, place, depth = SENSORS[sensor]
+    scene, rate, raw, results, period, position, depth = SENSORS[sensor]
     launched = ros2('launch', 'tactile_bringup', f'{sensor}.launch.py', f'namespace:={SPACE}', f'scene:={scene}', f'rate:={rate}')
     if sensor == 'touchpad':
         check_idle(listen, launched)
@@ -118,7 +118,7 @@ def test_a_simulated_sensor_as_a_user_starts_it(ros2, listen, sensor):
     periods = np.diff(ear.stamps(f'/{SPACE}/contacts')) * 1e-9 / period  # whole ones: a slow listener gets the newest result
     assert np.median(np.abs(periods - np.rint(periods))) < 0.2 and np.median(periods) > 0.5
     found = off(sensor, contacts, truth)
-    assert len(found) > 3 and np.median(found[:, 0]) < place and not np.median(found[:, 1]) > depth
+    assert len(found) > 3 and np.median(found[:, 0]) < position and not np.median(found[:, 1]) > depth
 
 
 @pytest.mark.parametrize('sensor, words, named', [('touchpad', ('params:=broken.yaml',), 'broken.yaml'),

@@ -20,7 +20,7 @@ from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_driver.stitching.calibration import load_stitching
 from tactile_driver.stitching.methods import make_stitcher
 from tactile_perception.bags.replay import make_stage
-from tactile_perception.parameters.file import write_parameters
+from tactile_perception.core.parameter_files import write_parameters
 
 SENSORS = ('touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array')
 SHEETS = SENSORS[1:4]
@@ -40,7 +40,7 @@ class Seen:
         self.calibration = None if sensor == 'touchpad' else Path(share('calibration', f'{sensor}_sim.yaml'))
 
     def chain(self, **changes):
-        """Its perception anew, with changed parameters: a dot in a name by two underscores."""
+        """A new perception with changed parameters; two underscores stand for the dot of a name."""
         return Chain(self, {**self.values, **{name.replace('__', '.'): value for name, value in changes.items()}})
 
 
@@ -161,12 +161,12 @@ def contacts(results):
     found = []
     for one in results['contacts'].contacts if 'contacts' in results else ():  # a finger that takes its reference publishes nothing
         covariance = np.array(one.position_covariance).reshape(3, 3)
-        place = np.array([one.position.x, one.position.y, one.position.z])
-        assert np.isfinite(place).all() and not np.isinf([one.depth, one.force]).any() and not one.depth < 0
+        position = np.array([one.position.x, one.position.y, one.position.z])
+        assert np.isfinite(position).all() and not np.isinf([one.depth, one.force]).any() and not one.depth < 0
         known = np.isfinite(np.diag(covariance))
         assert not known.any() or np.linalg.eigvalsh(covariance[np.ix_(known, known)]).min() >= -1e-15
         normal = np.array([one.normal.x, one.normal.y, one.normal.z])
-        found.append(SimpleNamespace(id=one.id, position=place, normal=normal, depth=one.depth, force=one.force, covariance=covariance,
+        found.append(SimpleNamespace(id=one.id, position=position, normal=normal, depth=one.depth, force=one.force, covariance=covariance,
                                      flags=one.flags))
     return found
 
@@ -185,5 +185,5 @@ def duv(dots):
 
 
 def uv(dots):
-    """(N, 2) px, places in a message of dots."""
+    """(N, 2) px, positions in a message of dots."""
     return np.column_stack([dots.u, dots.v])

@@ -7,7 +7,7 @@ import pytest
 import rig
 from rig import STEP_NS, contacts, duv, untouched, uv
 
-from tactile_perception.errors import BadFrame
+from tactile_perception.core.errors import BadFrame
 
 HEIGHT, WIDTH = 480, 640
 RNG = np.random.default_rng(0)
@@ -48,7 +48,7 @@ def test_a_bad_frame_is_refused_and_leaves_no_trace(pad, running, name):
     after = results['dots']
     assert sorted(after.id) == sorted(before.id)
     moved = np.abs(uv(after)[np.argsort(after.id)] - uv(before)[np.argsort(before.id)])
-    assert np.median(moved) < 2e-3 and moved.max() < 0.1, 'the same image gives the same places'
+    assert np.median(moved) < 2e-3 and moved.max() < 0.1, 'the same image gives the same positions'
     assert np.abs(duv(after)).max() < 0.3 and untouched(results)
 
 
@@ -92,10 +92,10 @@ def test_half_of_the_dots_gone(pad, running, side):
     assert len(results['dots'].id) > 515 and untouched(results)
 
 
-def without(image, places):
-    """The image with the dots at places painted over in the colour around them."""
+def without(image, positions):
+    """The image with the dots at positions painted over in the colour around them."""
     image, ground = image.copy(), cv2.GaussianBlur(cv2.dilate(image, np.ones((25, 25))), (0, 0), 4)
-    for u, v in places:
+    for u, v in positions:
         spot = np.zeros(image.shape[:2], np.uint8)
         cv2.circle(spot, (round(u), round(v)), 8, 1, -1)
         image[spot > 0] = ground[spot > 0]

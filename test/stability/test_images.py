@@ -12,7 +12,7 @@ from rig import Chain, contacts, duv, untouched, uv
 from scipy.spatial import cKDTree
 
 from tactile_perception import DotTracker, detect_dots, index_dots
-from tactile_perception.errors import BadArgument, BadFrame, TactileError
+from tactile_perception.core.errors import BadArgument, BadFrame, TactileError
 
 
 def grey(image):
@@ -126,7 +126,7 @@ def test_a_camera_info_that_cannot_be_used_is_refused_and_the_old_one_stays(pad,
 
 
 def test_a_changed_camera_info_resets(pad):
-    """The reference is taken anew, so that nothing is measured against rest positions of the other camera."""
+    """A new reference is taken, so that nothing is compared with the undeformed positions of the other camera."""
     chain = pad.chain().begun(1)
     matrix = np.array(pad.info.k)
     matrix[2] += 1.0
@@ -168,17 +168,17 @@ METHODS = ('likelihood', 'blobs', 'paper', 'paper_areal')
 def grid(rows=ROWS, columns=COLUMNS, pitch=30.0, size=SIZE):
     """(rows * columns, 2) px, in the middle of an image, hardly bent and turned."""
     row, column = np.divmod(np.arange(rows * columns), columns)
-    place = np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2], axis=1) * pitch
-    place = place * (1 - 0.03 * np.sum(place**2, axis=1, keepdims=True) / np.sum(place[0]**2))
+    position = np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2], axis=1) * pitch
+    position = position * (1 - 0.03 * np.sum(position**2, axis=1, keepdims=True) / np.sum(position[0]**2))
     turn = np.array([[np.cos(0.03), -np.sin(0.03)], [np.sin(0.03), np.cos(0.03)]])
-    return place @ turn.T + np.array(size) / 2
+    return position @ turn.T + np.array(size) / 2
 
 
 def drawn(uv, diameter, size=SIZE, blur=0.9):
     """uint8 (H, W): bright discs at uv (N, 2) px of a diameter, px, drawn finely, blurred and seen with noise."""
     fine = np.zeros((size[1] * FINE, size[0] * FINE), np.uint8)
-    for place in uv:
-        centre = np.round(((place + 0.5) * FINE - 0.5) * 256).astype(int)
+    for position in uv:
+        centre = np.round(((position + 0.5) * FINE - 0.5) * 256).astype(int)
         cv2.circle(fine, centre.tolist(), round(diameter / 2 * FINE * 256), 255, -1, cv2.LINE_AA, 8)
     shape = cv2.GaussianBlur(cv2.resize(fine, size, interpolation=cv2.INTER_AREA).astype(np.float32), (0, 0), blur) / 255
     return np.clip(np.rint(40 + 140 * shape + np.random.default_rng(0).normal(0, 1, shape.shape)), 0, 255).astype(np.uint8)
@@ -239,12 +239,17 @@ def test_ten_thousand_dots_are_found_and_numbered():
     assert np.array_equal(index_dots(uv[order], 100, 100).id, order)
 
 
-@pytest.mark.parametrize('rows', [2, 3])
+@pytest.mark.parametrize('rows', [3, 4])
 def test_grids_of_a_few_dots(rows):
     uv = grid(rows, rows, 60.0)
     assert index_dots(uv[::-1], rows, rows).id.tolist() == list(range(rows * rows))[::-1]
     tracks = DotTracker(rows, rows, 'bright', 'blobs').process(drawn(uv, 13.0), 0.0)
     assert len(tracks) == rows * rows and np.abs(tracks.uv - uv[tracks.id]).max() < 0.1
+
+
+def test_four_dots_are_no_pattern():
+    with pytest.raises(BadFrame, match='no pattern of bright dots'):
+        DotTracker(2, 2, 'bright', 'blobs').process(drawn(grid(2, 2, 60.0), 13.0), 0.0)
 
 
 FEW = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))

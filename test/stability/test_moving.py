@@ -14,11 +14,11 @@ from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.scene.specimen import Script, Shutters, drag, one_after_the_other
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import SCENES
-from tactile_perception.parameters.file import write_parameters
+from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.press.calibration import read_touch
 
-TRACE = 0.3e-3  # m: a shallower tip stands on one node of the simulated sheet, up to 0.7 mm beside its place
-LEAST, APART = 5e-4, 0.0145  # m: two tips count from this depth, and this far apart
+TRACE = 0.3e-3  # m: a shallower tip stands on one node of the simulated sheet, up to 0.7 mm beside its position
+MIN_DEPTH, APART = 5e-4, 0.0145  # m: two tips count from this depth, and this far apart
 
 
 def judged(folder, scene, rate=30.0, shutters=None, tips=1, frames=0):
@@ -30,16 +30,18 @@ def judged(folder, scene, rate=30.0, shutters=None, tips=1, frames=0):
         there = true.contacts
         if not there:
             return not any(touch.depth <= TRACE for touch in estimated.contacts)
-        return len(there) == tips and min(tip.depth for tip in there) > (TRACE if tips == 1 else LEAST) and (
+        return len(there) == tips and min(tip.depth for tip in there) > (TRACE if tips == 1 else MIN_DEPTH) and (
             tips == 1 or np.hypot(*(there[0].position - there[1].position)[:2]) >= APART)
     return judge([Case(folder / 'bag', params)], calibration, counts=counts)
 
 
-def check(found, place, depth, squared=2.0, whole=0.9, beside=np.inf):
-    """place, depth: mm, largest mean and 95 % of the errors; squared: largest mean of the normalised squared error; whole: least share of
-    frames in which all tips are found; beside: most untouched frames with a touch."""
+def check(found, position, depth, squared=2.0, whole=0.9, beside=np.inf):
+    """Check the errors of a run.
+
+    position, depth: mm, maximum of the mean error and of its 95 % quantile; squared: maximum of the mean normalised squared error; whole:
+    minimum share of frames in which all tips are found; beside: maximum number of untouched frames with a contact."""
     errors, summary = found.evaluation.errors(), found.evaluation.summary()
-    for name, limits in (('place', place), ('depth', depth)):
+    for name, limits in (('position', position), ('depth', depth)):
         errors_mm = 1e3 * np.abs(errors[name][:, 3])
         assert errors_mm.mean() < limits[0] and np.percentile(errors_mm, 95) < limits[1]
     frames = summary['frames']
@@ -47,11 +49,11 @@ def check(found, place, depth, squared=2.0, whole=0.9, beside=np.inf):
     assert 1 - (frames['missed'] + frames['too_few'] + frames['too_many']) / frames['touched'] > whole
 
 
-@pytest.mark.parametrize('friction, place, depth', [(0.2, (0.2, 0.4), (0.1, 0.2)), (1.0, (0.25, 0.7), (0.35, 0.8))])
-def test_a_drag_over_a_sheet_whatever_the_friction(tmp_path, monkeypatch, friction, place, depth):
+@pytest.mark.parametrize('friction, position, depth', [(0.2, (0.2, 0.4), (0.1, 0.2)), (1.0, (0.25, 0.7), (0.35, 0.8))])
+def test_a_drag_over_a_sheet_whatever_the_friction(tmp_path, monkeypatch, friction, position, depth):
     name = 'areal_single_drag'
     monkeypatch.setitem(SCENES, name, dataclasses.replace(SCENES[name], friction=friction))
-    check(judged(tmp_path, name, 15.0), place, depth, beside=0)
+    check(judged(tmp_path, name, 15.0), position, depth, beside=0)
 
 
 @pytest.mark.parametrize('friction', [0.2, 1.0])
@@ -61,7 +63,7 @@ def test_a_drag_over_the_dome_whatever_the_friction(tmp_path, monkeypatch, frict
     check(judged(tmp_path, 'air_cushion_any', 5.0), (2.0, 6.0), (2.0, 4.0), 3.0)  # the first frame of a drag may be a centimetre off
 
 
-# Largest errors of place and depth, mean and 95 %, mm: of a sheet with one camera, and with two.
+# Largest errors of position and depth, mean and 95 %, mm: of a sheet with one camera, and with two.
 TWO = {'areal_single_two': ((0.25, 0.6), (0.1, 0.3)), 'areal_single_two_unlike': ((0.25, 0.6), (0.3, 0.7)),
        'areal_dual_two': ((0.3, 0.6), (0.08, 0.2)), 'areal_dual_two_unlike': ((0.7, 1.3), (0.08, 0.2))}
 
@@ -71,11 +73,11 @@ def test_two_tips_are_two_where_they_touch(tmp_path, name):
     check(judged(tmp_path, name, 5.0, tips=2), *TWO[name], whole=0.85)
 
 
-@pytest.mark.parametrize('scene, shutters, place, depth', [
+@pytest.mark.parametrize('scene, shutters, position, depth', [
     ('areal_dual_fast', Shutters(-0.0164, jitter=2e-4), (0.25, 0.5), (0.12, 0.3)),
     ('areal_dual_fast_drag', Shutters(0.003, 0.009, 2e-4), (0.45, 1.0), (0.06, 0.15))])
-def test_fast_presses_and_drags_by_cameras_that_run_free(tmp_path, scene, shutters, place, depth):
-    check(judged(tmp_path, scene, shutters=shutters, frames=180), place, depth, beside=0)  # six seconds
+def test_fast_presses_and_drags_by_cameras_that_run_free(tmp_path, scene, shutters, position, depth):
+    check(judged(tmp_path, scene, shutters=shutters, frames=180), position, depth, beside=0)  # six seconds
 
 
 @pytest.mark.slow
@@ -89,4 +91,4 @@ def test_presses_on_a_random_print_are_found_in_another_recording(tmp_path):
     found = judge([demo], file, counts=lambda _estimated, true: not true.contacts or true.contacts[0].depth > 0.008)
     frames = found.evaluation.summary()['frames']
     assert frames['touched'] and frames['untouched'] and frames['missed'] == frames['false'] == found.refused == 0
-    assert found.medians()['place'] < 8.0  # mm
+    assert found.medians()['position'] < 8.0  # mm

@@ -14,7 +14,7 @@ import rig
 from printed_dots import make_scene
 
 from tactile_perception import detect_dots, index_dots
-from tactile_perception.errors import TactileError
+from tactile_perception.core.errors import TactileError
 
 UNKNOWN = np.nan, np.nan
 
@@ -32,7 +32,7 @@ class Ramp:
 
 
 def _detected(method):
-    """RMS error of places, px, by noise of the image, grey levels; no result where not nine dots of ten are found."""
+    """RMS error of positions, px, by noise of the image, grey levels; no result where not nine dots of ten are found."""
     scene = make_scene('plain', 1)
 
     def estimate(level, rng):
@@ -47,7 +47,7 @@ def _detected(method):
 
 
 def _numbered(level, rng):
-    """Share of wrong numbers, by noise of places in pitches."""
+    """Share of wrong numbers, by noise of positions in pitches."""
     scene = make_scene('plain', 1)
     found = index_dots(scene.uv + rng.normal(0, level * 18.0, scene.uv.shape), 23, 23)
     known = found.id >= 0
@@ -55,7 +55,7 @@ def _numbered(level, rng):
 
 
 def _pressed(sensor):
-    """Error of the deepest contact's place, m (finger: angle, rad), by noise of the raw data in counts (finger: V); untouched data are as
+    """Error of the deepest contact's position, m (finger: angle, rad), by noise of raw data in counts (finger: V); untouched data are as
     noisy, and a contact in them is infinitely wrong."""
     def estimate(level, rng):
         of = rig.seen(sensor)

@@ -9,9 +9,9 @@ import pytest
 import rig
 from hypothesis import HealthCheck, assume, given, settings, strategies as st
 
-from tactile_perception.clock import StampClock
 from tactile_perception.common.geometry import error_angle, rotation_matrix, rotation_vector
-from tactile_perception.errors import BadFrame, TactileError
+from tactile_perception.core.clock import StampClock
+from tactile_perception.core.errors import BadFrame, TactileError
 from tactile_perception.finger.map import direction, exp_map, log_map
 from tactile_perception.touchpad.pose import fit_rigid
 
@@ -66,18 +66,18 @@ def test_the_clock_names_what_goes_back_and_begins_anew_only_then(stamps):
     clock, last = StampClock(), -np.inf
     for stamp in stamps:
         try:
-            anew = clock.restarts_at(stamp)
+            is_restart = clock.restarts_at(stamp)
         except BadFrame:
             assert stamp < last
             continue
-        assert not (anew and stamp > last)
-        last = stamp if anew or (np.isfinite(stamp) and stamp > last) else last
+        assert not (is_restart and stamp > last)
+        last = stamp if is_restart or (np.isfinite(stamp) and stamp > last) else last
 
 
 FIELDS = ('id', 'u', 'v', 'du', 'dv', 'area', 'x', 'y', 'z')
 LARGEST = float(np.finfo(np.float32).max)
 SPOILT = (np.nan, np.inf, 0.0, 1e-44, 1e30, -LARGEST)
-REACH = {'touchpad': 0.03, 'areal_single': 0.031, 'air_cushion': 0.16}  # m
+HALF_SIZES = {'touchpad': 0.03, 'areal_single': 0.031, 'air_cushion': 0.16}  # m
 
 
 class Pressed:
@@ -102,7 +102,7 @@ class Pressed:
         except TactileError as error:
             assert str(error)
             return None
-        assert all(np.abs(contact.position).max() <= REACH[self.sensor] for contact in found)
+        assert all(np.abs(contact.position).max() <= HALF_SIZES[self.sensor] for contact in found)
         return found
 
 
@@ -138,7 +138,7 @@ def test_all_at_one_place_or_on_a_line_is_nothing_that_is_sure(pressed):
 
 
 def test_numbers_at_the_edges_of_floating_point_anywhere(pressed):
-    """In whole fields, and at some places of some fields."""
+    """In whole fields, and at some positions of some fields."""
     rng = np.random.default_rng(4)
     fields = [name for name in FIELDS[1:] if len(pressed.values[name])]
     for some in [*([name] for name in fields for _ in SPOILT), *(rng.choice(fields, rng.integers(1, 4)) for _ in range(20))]:
@@ -147,7 +147,7 @@ def test_numbers_at_the_edges_of_floating_point_anywhere(pressed):
             if len(some) == 1:
                 values[name][:] = rng.choice(SPOILT)
             else:
-                places = rng.integers(0, len(values[name]), rng.integers(1, 30))
-                values[name][places] = rng.choice([*SPOILT, *(10.0**rng.integers(-30, 30, 4))], len(places))
+                positions = rng.integers(0, len(values[name]), rng.integers(1, 30))
+                values[name][positions] = rng.choice([*SPOILT, *(10.0**rng.integers(-30, 30, 4))], len(positions))
         pressed.contact(values)
     check_next(pressed)

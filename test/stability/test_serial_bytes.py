@@ -50,11 +50,11 @@ class Lines:
 
 
 FORMS = {'samples': Binary(SENT, SAMPLES), 'pictures': Binary(PICTURES, MATRIX), 'lines': Lines(SENT)}
-place = st.integers(0, 10**6)
+position = st.integers(0, 10**6)
 damage = st.one_of(
-    st.tuples(st.just('change'), place, st.integers(1, 255)), st.tuples(st.just('swap'), place, st.just(0)),
-    st.tuples(st.just('drop'), place, st.integers(1, 90)), st.tuples(st.just('insert'), place, st.binary(min_size=1, max_size=60)),
-    st.tuples(st.just('repeat'), place, st.integers(1, 60)))
+    st.tuples(st.just('change'), position, st.integers(1, 255)), st.tuples(st.just('swap'), position, st.just(0)),
+    st.tuples(st.just('drop'), position, st.integers(1, 90)), st.tuples(st.just('insert'), position, st.binary(min_size=1, max_size=60)),
+    st.tuples(st.just('repeat'), position, st.integers(1, 60)))
 
 
 def damaged(data, kind, where, what):

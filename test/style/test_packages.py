@@ -26,8 +26,8 @@ KEYS = {'cv2': 'python3-opencv', 'numpy': 'python3-numpy', 'scipy': 'python3-sci
         'Python3': 'python3-dev', 'packaging': 'python3-packaging'}
 #: Needed when the packages run, imported by nobody: the storage plugin of MCAP, the command `ros2 launch`, the limit in pytest.ini.
 RUN_TIME = {'rosbag2_storage_mcap', 'ros2launch', 'rosidl_default_runtime', 'python3-pytest-timeout'}
-#: What the benchmark compares with, and reads old recordings with, where it is installed.
-OPTIONAL = {'trackpy', 'rosbags'}
+#: Used where they are installed: what the benchmark compares with and reads old recordings with, and environment/extras.txt.
+OPTIONAL = {'trackpy', 'rosbags', 'rerun', 'h5py', 'zarr', 'pyarrow', 'distributed'}
 
 
 def manifest(package):
@@ -95,7 +95,7 @@ def test_setup_says_what_the_manifest_says():
 
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_what_is_imported_is_declared_and_nothing_else(package):
-    code = imported(f'{package}/{package}', f'{package}/launch', own={package})
+    code = imported(f'{package}/{package}', f'{package}/launch', own={package, *OPTIONAL})
     assert code == declared(package, 'depend', 'exec_depend') - RUN_TIME
 
 

@@ -31,7 +31,8 @@ sys.meta_path.insert(0, Block())
 def core_modules(package):
     """Return the names of all modules of the package, without those that read and write ROS messages."""
     root = ROOT / package
-    with_ros = {'nodes', 'node.py', 'stage.py', 'camera_stage.py', 'work_log.py', 'recordings', 'bags', 'bag.py', 'tools', 'tools.py'}
+    with_ros = {'nodes', 'node.py', 'messages.py', 'stage.py', 'camera_stage.py', 'work_log.py', 'recordings', 'bags', 'bag.py', 'tools',
+                'tools.py'}
     found = [path.relative_to(root) for path in (root / package).rglob('*.py')]
     core = [path.with_suffix('') for path in found if not with_ros & set(path.parts)]
     return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in core})
@@ -66,3 +67,9 @@ def test_algorithms_sources_and_simulation_import_with_ros_blocked(package):
     modules = core_modules(package)
     assert len(modules) > 3
     imported_by(f'{IMPORT_ALL}for name in {modules!r}:\n    importlib.import_module(name)')
+
+
+def test_the_nodes_of_a_touchpad_start_without_scipy():
+    names = imported_by('from tactile_perception.core.sensor_type import NODES\n'
+                        "for name in ('camera_node', 'touchpad_contact_node', 'markers_node'):\n    NODES[name]")
+    assert 'tactile_perception.touchpad.stage' in names and 'scipy' not in names

@@ -20,17 +20,25 @@ WORDS = {
 }
 #: Files and folders whose text is finished. The list grows until it is the whole repository.
 FINISHED = (
-    'tactile_msgs', 'tactile_driver/doc', 'tactile_driver/CHANGELOG.rst', 'docs/index.md', 'docs/conf.py', 'docs/check_search.py',
-    'docs/extension', 'docs/api', 'docs/papers', 'tactile_perception/tactile_perception/published',
-    'tactile_bringup/tactile_bringup/papers', *(f'tactile_driver/tactile_driver/{name}' for name in (
-        'camera', 'nodes', 'parameters', 'recordings', 'serial', 'sources', 'stitching/methods.py', '__init__.py', 'emulators.py',
-        'errors.py', 'frame.py', 'frame_names.py', 'lens.py', 'plugins.py', 'stamp_gaps.py')),
+    'tactile_msgs', 'tactile_driver/doc', 'tactile_driver/CHANGELOG.rst', 'conf.py', 'tactile_perception/tactile_perception/published',
+    'tactile_bringup/hands', 'tactile_driver/test',
+    *(f'test/{name}' for name in ('borders', 'docs', 'environment', 'faults', 'hardware', 'launch', 'stability')),
+    *(f'tactile_driver/tactile_driver/{name}' for name in (
+        'camera', 'nodes', 'parameters', 'recordings', 'serial', 'simulation', 'sources', 'stitching/methods.py', '__init__.py',
+        'emulators.py', 'errors.py', 'frame.py', 'frame_names.py', 'lens.py', 'plugins.py', 'stamp_gaps.py')),
     *(f'tactile_perception/tactile_perception/{name}' for name in (
-        'common', 'calibration/files', 'bags', 'parameters', 'nodes', 'tools', 'evaluation/plots.py', 'evaluation/scores.py', 'api.py',
-        'camera_stage.py', 'clock.py', 'errors.py', 'node.py', 'sensor_type.py', 'stage.py', 'work_log.py')),
-    'environment', 'Makefile', 'CONTRIBUTING.md', 'README.md', *(f'docs/{name}.md' for name in (
-        'README', 'accuracy', 'calibration', 'controllers', 'devices', 'extending', 'install', 'points', 'python', 'recordings', 'security',
-        'troubleshooting')),
+        'core', 'common', 'bags', 'tools', 'evaluation', 'finger', 'force_taxels', 'gel', 'photometric', 'taxel', 'touchpad', 'api.py')),
+    *(f'tactile_perception/test/{name}' for name in (
+        'bags', 'common', 'core', 'evaluation', 'force_taxels', 'photometric', 'taxel', 'tools', 'touchpad', 'conftest.py',
+        'test_work_log.py')),
+    *(f'tactile_perception/tactile_perception/press/{name}' for name in (
+        'dome', 'sheet/calibration.py', 'sheet/model.py', 'calibration.py', 'estimate.py', 'estimator.py', 'field.py', 'methods.py',
+        'parameters.py', 'positions.py', 'presses.py', 'sensor_types.py', 'stage.py', 'stitching.py', 'tools.py')),
+    *(f'tactile_perception/test/press/{name}' for name in (
+        'dome', 'sheet', 'conftest.py', 'test_field.py', 'test_presses.py', 'test_published.py', 'test_region.py', 'test_sensitivity.py',
+        'test_stage.py', 'test_stitching.py', 'test_tools.py')),
+    *(f'tactile_perception/src/{name}' for name in ('bindings', 'common', 'finger', 'taxel')), 'tactile_bringup/tactile_bringup',
+    'environment', 'Makefile', 'CONTRIBUTING.md', 'README.md', 'docs', '.github',
 )
 
 

@@ -20,6 +20,6 @@ setup(
         'tactile_perception.sensor_types': ['plate = tactile_plate.sensor_type:PLATE'],
         'tactile_perception.nodes': ['plate_node = tactile_plate.stage:PlateStage'],
         'tactile_driver.taxel_scenes': ['plate_demo = tactile_plate.simulation:PlateScene'],
-        'console_scripts': ['plate_node = tactile_perception.node:main'],
+        'console_scripts': ['plate_node = tactile_perception.core.node:main'],
     },
 )

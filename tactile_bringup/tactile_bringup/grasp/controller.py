@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The grip force that holds an object: from first contact on, raised when it slips, relaxed slowly while it does not. Needs no ROS."""
+"""The grip force that holds an object: from the first contact on, raised when it slips, lowered to what load and friction need. Needs no
+ROS."""
 from __future__ import annotations
 
 import math
@@ -8,6 +9,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from tactile_driver.errors import BadArgument
+
+from .friction import FrictionEstimate
 
 
 class Phase(Enum):
@@ -34,15 +37,20 @@ class GripLimits:
     start_force : float
         With which an object is held first, before anything is known of its weight and friction.
     margin : float
-        Held force over the largest force at which the object has slipped.
+        Held force over the least one: shear over friction where a sensor measures the shear, else the largest force at which the object
+        has slipped.
     rise : float
         Factor by which the force is raised when slip is reported.
     rise_interval : float
         Time that a raised force gets to take effect and to be seen, before slip that is still reported raises it again.
     relaxation : float
-        Part of the force that is taken away per second while nothing slips.
+        Part of the force that is taken away per second while nothing slips and no sensor measures the shear.
+    adjustment : float
+        The same where a sensor measures it, down to what the load needs.
     slip_probability : float
         Probability of slip from which the force is raised: a needless rise costs less than a fall.
+    blind_force : float
+        Minimum force while it is uncertain whether the object slips.
     timeout : float
         Age of the last message of the sensor from which it is lost.
     """
@@ -52,33 +60,48 @@ class GripLimits:
     approach_force: float = 2.0
     contact_force: float = 0.5
     start_force: float = 4.0
-    margin: float = 1.3
-    rise: float = 1.4
+    margin: float = 1.5
+    rise: float = 1.8
     rise_interval: float = 0.05
     relaxation: float = 0.05
+    adjustment: float = 0.5
     slip_probability: float = 0.8
-    timeout: float = 0.1
+    blind_force: float = 8.0
+    timeout: float = 0.2
 
     def __post_init__(self) -> None:
         if not 0 < self.min_force <= self.start_force <= self.max_force:
             raise BadArgument(f'grip: min_force {self.min_force:g}, start_force {self.start_force:g} and max_force {self.max_force:g} N '
                               'must be positive and in this order')
-        if not (self.margin >= 1 and self.rise > 1 and 0 <= self.relaxation < 1 and 0 < self.slip_probability < 1
-                and min(self.rise_interval, self.timeout) > 0 and 0 < self.approach_force <= self.max_force):
-            raise BadArgument('grip: margin must be 1 or more, rise above 1, relaxation 0 to 1, slip_probability between 0 and 1, times '
-                              'above 0, and approach_force between 0 and max_force')
+        if not (self.margin >= 1 and self.rise > 1 and 0 <= min(self.relaxation, self.adjustment)
+                and max(self.relaxation, self.adjustment) < 1 and 0 < self.slip_probability < 1
+                and min(self.rise_interval, self.timeout, self.blind_force) > 0 and 0 < self.approach_force <= self.max_force):
+            raise BadArgument('grip: margin must be 1 or more, rise above 1, relaxation and adjustment 0 to 1, slip_probability between 0 '
+                              'and 1, times and blind_force above 0, and approach_force between 0 and max_force')
 
 
 @dataclass(frozen=True)
 class Reading:
     """What a sensor reports at a time.
 
-    force: normal force, N, NaN unknown, 0 without contact; slip_probability: that the object slips now, NaN unknown.
+    Attributes
+    ----------
+    time_s : float
+    force : float
+        Normal force, N; NaN unknown, 0 without contact.
+    slip_probability : float
+        That the object slips now; NaN unknown.
+    shear : float
+        Tangential force, N; NaN unknown.
+    slipping : float
+        Part of the contact that slips; NaN unknown.
     """
 
     time_s: float
     force: float
     slip_probability: float
+    shear: float = math.nan
+    slipping: float = math.nan
 
 
 class GripController:
@@ -97,38 +120,55 @@ class GripController:
         Largest force at which the object slipped since it was grasped, N; NaN before it has.
     rises : int
         How often slip has raised the force since the grasp.
+    friction : FrictionEstimate
+        Of the object that is held.
     """
 
     def __init__(self, limits: GripLimits = GripLimits()):
-        self.limits = limits
+        self.limits, self.friction = limits, FrictionEstimate()
         self.open()
 
     def open(self) -> None:
         """Let go."""
         self.phase, self.force, self.slipped_at, self.rises = Phase.OPEN, 0.0, math.nan, 0
+        self._readings: dict[str, Reading] = {}  # the last one of each sensor
         self._last = self._raised_s = -math.inf
+        self.friction.reset()
 
     def close(self) -> None:
-        """Approach until the sensor touches, then hold."""
+        """Approach until a sensor touches, then hold."""
         if self.phase is Phase.OPEN:
             self.phase, self.force = Phase.APPROACH, self.limits.approach_force
 
-    def take(self, reading: Reading) -> float:
-        """The command after a reading, N."""
-        elapsed = reading.time_s - self._last if math.isfinite(self._last) else 0.0
-        self._last = reading.time_s
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """The sensors whose last reading is too old."""
+        return tuple(name for name, reading in self._readings.items() if self._last - reading.time_s > self.limits.timeout)
+
+    @property
+    def needed_force(self) -> float:
+        """The force that load and friction need, with the margin, N; NaN where no sensor measures the shear."""
+        shears = [reading.shear for reading in self._present() if math.isfinite(reading.shear)]
+        return self.limits.margin * max(shears) / self.friction.cautious if shears else math.nan
+
+    def take(self, reading: Reading, sensor: str = '') -> float:
+        """The command after a reading of a sensor, N."""
+        elapsed = max(reading.time_s - self._last, 0.0) if math.isfinite(self._last) else 0.0
+        self._last = max(reading.time_s, self._last)
+        self._readings[sensor] = reading
         if self.phase is Phase.SENSOR_LOST:
             self.phase = Phase.HOLD
             elapsed = 0.0
-        if self.phase is Phase.APPROACH and reading.force >= self.limits.contact_force:
+        if self.phase is Phase.APPROACH and any(each.force >= self.limits.contact_force for each in self._present()):
             self.phase, self.force = Phase.HOLD, self.limits.start_force
             self._raised_s = reading.time_s  # the rise to the first force moves the object
         elif self.phase is Phase.HOLD:
-            self._hold(reading, elapsed)
+            self.friction.add(reading.force, reading.shear, reading.slipping)
+            self._hold(reading.time_s, elapsed)
         return self.force
 
     def wait(self, time_s: float) -> float:
-        """The command at a time without a reading: the last force, and the sensor is lost after the timeout."""
+        """The command at a time without a reading: the last force, and all sensors are lost after the timeout."""
         if self.phase is Phase.HOLD and time_s - self._last > self.limits.timeout:
             self.phase = Phase.SENSOR_LOST
         return self.force
@@ -139,21 +179,44 @@ class GripController:
         if self.phase is Phase.HOLD:
             self.force = self._bounded(self.force)
 
-    def _hold(self, reading: Reading, elapsed: float) -> None:
-        if reading.slip_probability >= self.limits.slip_probability:
-            if reading.time_s - self._raised_s >= self.limits.rise_interval:
-                self.slipped_at = max(self.force, self.slipped_at) if math.isfinite(self.slipped_at) else self.force
-                self.force, self._raised_s = self._bounded(self.force * self.limits.rise), reading.time_s
-                self.rises += 1
+    def _present(self) -> list[Reading]:
+        return [reading for reading in self._readings.values() if self._last - reading.time_s <= self.limits.timeout]
+
+    def _hold(self, time_s: float, elapsed: float) -> None:
+        probabilities = [reading.slip_probability for reading in self._present() if math.isfinite(reading.slip_probability)]
+        sure = [each for each in probabilities if not _is_unknown(each)]
+        if max(sure, default=0.0) >= self.limits.slip_probability:
+            self._rise(time_s)
             return
-        floor = self.limits.margin * self.slipped_at if math.isfinite(self.slipped_at) else self.limits.min_force
-        if self.force > floor:
-            self.force = self._bounded(max(floor, self.force * (1 - self.limits.relaxation * elapsed)))
+        if probabilities and not sure:
+            self.force = self._bounded(max(self.force, self.limits.blind_force))
+            return
+        needed, rate = self.needed_force, self.limits.adjustment
+        if math.isnan(needed):  # what is known is at which force it slipped, and that the present one holds
+            known = self.limits.margin * self.slipped_at if math.isfinite(self.slipped_at) else 0.0
+            needed, rate = min(known, self.force), self.limits.relaxation
+        self.force = self._bounded(max(needed, self.force * (1 - rate * elapsed)))
+
+    def _rise(self, time_s: float) -> None:
+        """Raise the force, unless the last rise has not taken effect yet."""
+        if time_s - self._raised_s < self.limits.rise_interval:
+            return
+        self.slipped_at = max(self.force, self.slipped_at) if math.isfinite(self.slipped_at) else self.force
+        self.force, self._raised_s = self._bounded(self.force * self.limits.rise), time_s
+        self.rises += 1
 
     def _bounded(self, force: float) -> float:
         return min(max(force, self.limits.min_force), self.limits.max_force)
 
 
-def slip_probability(state: int, confidence: float) -> float:
-    """Probability that an object slips at all, of a state of tactile_msgs/Slip (0: none) and the probability of that state; NaN unknown."""
-    return 1.0 - confidence if state == 0 else confidence
+def _is_unknown(probability: float) -> bool:
+    """Whether neither slip nor its absence is twice as likely as the other."""
+    return 1 / 3 <= probability <= 2 / 3
+
+
+def slip_probability(state: int, confidence: float, partial: bool = True) -> float:
+    """Probability that an object slips, of a state of tactile_msgs/Slip and the probability of that state; NaN unknown.
+
+    partial: whether a contact that slips in part (state 1) counts. It does not where the shear is measured: then it indicates the friction.
+    """
+    return confidence if state >= (1 if partial else 2) else 1.0 - confidence

@@ -1,28 +1,38 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""grasp_table: what falls, breaks and moves in the simulated gripper, with the controller, with a fixed force and with known friction.
+"""grasp_table: what falls, breaks and moves in the simulated gripper: with the controller and both sensors, with the array alone, with a
+fixed force, and with known friction.
 
 Frames, estimates and commands follow each other without ROS and without waiting, so that a run has the same result on every machine.
 """
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
-from tactile_driver.errors import reports_errors
+from tactile_driver.errors import BadFrame, reports_errors
+from tactile_driver.frame import Frame
+from tactile_driver.frame_names import optical_frame
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.simulation.taxel.pad import Ink
+from tactile_driver.sources.source import NS
 from tactile_perception.api import node_parameters
 from tactile_perception.taxel.parameters import taxel_estimator
+from tactile_perception.touchpad.stage import TouchpadStage
 
 from ..sensor_files import parameter_file, simulated_calibration
 from .controller import GripController, GripLimits, Phase, Reading, slip_probability
-from .objects import HELD_S, OBJECTS, SETTLED_S, object_named
+from .objects import HELD_S, JERKS, OBJECTS, SETTLED_S, HeldObject, object_named
+from .skin import PARAMETERS, TouchpadFinger
 from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
 
-POLICIES = ('controller', 'fixed', 'oracle')
+POLICIES = ('controller', 'array alone', 'fixed', 'oracle')
+TOUCHPAD_RATE = 50.0  # Hz
 FIXED_FORCE = 6.0  # N, of a gripper that knows nothing of its object
 ORACLE_MARGIN = 1.3  # over the least force, of a gripper that knows weight and friction
 SLIP_SPEED = 2e-3  # m/s, from which the engine's object slips: a hundred times its creep
@@ -43,7 +53,9 @@ class Grasp:
         Median of the grip force over the least force that holds, while it is held.
     delay : float
         Median time from slip in the engine to a higher command, s; NaN where nothing slipped.
-    recall, false_share : float
+    friction : float
+        Estimate of the coefficient of friction over the true one, at the end; NaN without a sensor that measures the shear.
+    array_recall, array_false, touchpad_recall, touchpad_false : float
         Part of the frames with slip, and part of those without, of which the sensor reports slip; NaN where there is none.
     """
 
@@ -52,8 +64,89 @@ class Grasp:
     displacement: float
     force_ratio: float
     delay: float
-    recall: float
-    false_share: float
+    friction: float
+    array_recall: float
+    array_false: float
+    touchpad_recall: float
+    touchpad_false: float
+
+
+class ArraySensor:
+    """The pressure array on the left finger; seed: of its noise and irregularities."""
+
+    def __init__(self, seed: int):
+        self._array = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
+        self.counts, self.result = np.zeros((TAXELS, TAXELS), np.uint8), None  # of the last frame
+        parameters = node_parameters('taxel_contact_node', parameter_file('taxel_array', True))
+        self._estimator = taxel_estimator(parameters | {'calibration': simulated_calibration('taxel_array'), 'object.can_roll': False})
+
+    def read(self, pressure: np.ndarray, truth: GraspTruth) -> Reading:
+        """What it reports of a frame of the engine."""
+        self.counts = self._array.read(pressure)
+        self.result = result = self._estimator.process(self.counts, truth.time_s)
+        return Reading(truth.time_s, sum(contact.force for contact in result.contacts),
+                       slip_probability(result.slip.state, result.slip.confidence))
+
+
+class TouchpadSensor:
+    """The touchpad on the right finger, seen 50 times a second; seed: of its noise and irregularities; topics: that are computed besides
+    those that the controller needs."""
+
+    def __init__(self, held: HeldObject, seed: int, topics: Sequence[str] = ()):
+        self.light = 0  # grey levels that a lamp outside adds to its images
+        self.finger, self._frames, self._topics = TouchpadFinger(held, TOUCHPAD_RATE, seed), 0, ('wrench', 'slip', *topics)
+        self.image, self.found = np.zeros((1, 1, 3), np.uint8), {}  # the last image, and its messages by topic
+        self._stage = TouchpadStage(node_parameters('touchpad_contact_node', parameter_file('touchpad', True)) | PARAMETERS)
+
+    def read(self, truth: GraspTruth) -> Reading | None:
+        """What it reports of a frame of the engine; None between two images and of one that it refuses."""
+        self._frames += 1
+        if self._frames % round(1 / (FRAME_S * TOUCHPAD_RATE)):
+            return None
+        image = self.finger.advance(truth.object_pose, truth.pad_force).image
+        if self.light:
+            image = cv2.add(image, (self.light,) * 3 + (0,))
+        self.image = image
+        header = header_of(NS + round(truth.time_s * NS), optical_frame('touchpad'))
+        self._stage.take('camera_info', calibration_to_message(self.finger.calibration, header))
+        try:
+            found = self._stage.process(image_to_message(Frame(image, 0, 'bgr8'), '', header), self._topics)
+        except BadFrame:  # as its node does
+            return None
+        self.found = found
+        force, slip = found['wrench'][0].wrench.force, found['slip'][0]
+        return Reading(truth.time_s, -force.z, slip_probability(slip.state, slip.confidence, partial=False),
+                       float(np.hypot(force.x, force.y)), slip.slipping_fraction)
+
+
+#: What goes wrong one second after the lift began, for the rest of the grasp. A lamp outside shines through the skin.
+FAULTS = ('array unplugged', 'touchpad unplugged', 'both unplugged', 'frames late', 'light on')
+_FAULT_S, _LATE_S, _LAMP = 1.0, 0.1, 60  # s, s, grey levels
+
+
+class Sensors:
+    """Both sensors as the controller receives them.
+
+    touchpad: whether there is one; fault: of FAULTS, '' for none; seed: of noise and irregularities; topics: as of TouchpadSensor.
+    """
+
+    def __init__(self, held: HeldObject, touchpad: bool, fault: str, seed: int, topics: Sequence[str] = ()):
+        self.array, self.touchpad = ArraySensor(seed), TouchpadSensor(held, seed, topics) if touchpad else None
+        self._fault, self._waiting = fault, deque()
+
+    def read(self, pressure: np.ndarray, truth: GraspTruth, lifted_s: float) -> list[tuple[str, Reading]]:
+        """The readings that arrive with this frame of the engine, with the names of their sensors."""
+        fault = self._fault if lifted_s >= _FAULT_S else ''
+        if self.touchpad:
+            self.touchpad.light = _LAMP if fault == 'light on' else 0
+        readings = {'array': self.array.read(pressure, truth), 'touchpad': self.touchpad.read(truth) if self.touchpad else None}
+        self._waiting += [(truth.time_s + (_LATE_S if fault == 'frames late' else 0.0), name, reading)
+                          for name, reading in readings.items()
+                          if reading is not None and fault not in (f'{name} unplugged', 'both unplugged')]
+        arrived = []
+        while self._waiting and self._waiting[0][0] <= truth.time_s + 1e-9:
+            arrived.append(self._waiting.popleft()[1:])
+        return arrived
 
 
 class Trace:
@@ -63,23 +156,26 @@ class Trace:
         self._rows: list[tuple[float, ...]] = []
         self._crushing_force = crushing_force
 
-    def add(self, lifted_s: float, truth: GraspTruth, command: float, reported_slip: float) -> None:
-        """One frame; lifted_s: since the lift began; reported_slip: probability of slip by the sensor."""
-        self._rows.append((truth.grip_force, command, float(np.linalg.norm(truth.displacement)), float(np.linalg.norm(truth.velocity)),
-                           truth.least_force, reported_slip, float(lifted_s > 0), float(lifted_s > 0 and truth.is_held)))
+    def add(self, lifted_s: float, truth: GraspTruth, command: float, readings: Mapping[str, Reading]) -> None:
+        """One frame; lifted_s: since the lift began; readings: those that arrived, by the names of the sensors."""
+        slip = [readings[name].slip_probability if name in readings else np.nan for name in ('array', 'touchpad')]
+        moved, speed = np.linalg.norm(truth.displacement), np.linalg.norm(truth.velocity)
+        self._rows.append((truth.grip_force, command, float(moved), float(speed), truth.least_force, *slip, float('touchpad' in readings),
+                           float(lifted_s > 0), float(lifted_s > 0 and truth.is_held)))
 
-    def result(self) -> Grasp:
-        """The measures of the grasp."""
-        force, command, moved, speed, least, slip, lifted, held = np.array(self._rows).T
-        lifted = lifted > 0
+    def result(self, friction: float) -> Grasp:
+        """The measures of the grasp; friction: the estimate over the truth."""
+        force, command, moved, speed, least, array, touchpad, seen, lifted, held = np.array(self._rows).T
+        lifted, seen = lifted > 0, seen > 0
         if not lifted.any():  # never held
-            return Grasp(True, bool(force.max() > self._crushing_force), np.inf, *[np.nan] * 4)
+            return Grasp(True, bool(force.max() > self._crushing_force), np.inf, *[np.nan] * 7)
         is_dropped = bool((np.nan_to_num(moved[lifted]) > FALLEN).any() or not held[-1])
         slipping, still = (held > 0) & (speed > SLIP_SPEED), (held > 0) & (speed < 0.25 * SLIP_SPEED)
-        called = slip > GripLimits.slip_probability
+        by_array, by_touchpad = array > GripLimits.slip_probability, touchpad > GripLimits.slip_probability
         return Grasp(is_dropped, bool(force.max() > self._crushing_force), float('inf') if is_dropped else float(moved[lifted].max()),
-                     float(np.median((force / least)[held > 0])) if held.any() else np.nan, _delay(slipping, command),
-                     _share(called, slipping), _share(called, still))
+                     float(np.median((force / least)[held > 0])) if held.any() else np.nan, _delay(slipping, command), friction,
+                     _share(by_array, slipping), _share(by_array, still),
+                     _share(by_touchpad, slipping & seen), _share(by_touchpad, still & seen))
 
 
 def _share(called: np.ndarray, frames: np.ndarray) -> float:
@@ -94,7 +190,11 @@ def _delay(slipping: np.ndarray, command: np.ndarray) -> float:
     return FRAME_S * float(np.median(delays)) if delays else np.nan
 
 
-def grasp(name: str, policy: str, seed: int = 0) -> Grasp:
+Watch = Callable[[GraspWorld, GraspTruth, Sensors, Collection[str]], None]
+
+
+def grasp(name: str, policy: str, seed: int = 0, fault: str = '', watch: Watch | None = None, topics: Sequence[str] = (),
+          margin: float = GripLimits.margin) -> Grasp:
     """Grasp, lift and hold an object.
 
     Parameters
@@ -102,9 +202,18 @@ def grasp(name: str, policy: str, seed: int = 0) -> Grasp:
     name : str
         One of OBJECTS.
     policy : str
-        One of POLICIES: the controller; FIXED_FORCE; ORACLE_MARGIN times the least force at every moment.
+        One of POLICIES: the controller with both sensors; the same with the array alone; FIXED_FORCE; ORACLE_MARGIN times the least force
+        at every moment.
     seed : int
-        Of the noise and irregularities of the array.
+        Of the noise and irregularities of the sensors.
+    fault : str
+        One of FAULTS, with jerks of the wrist alone; empty for none.
+    watch : callable, optional
+        Called with the engine, its truth, the sensors, and the names of those that have reported, after each frame.
+    topics : sequence of str
+        What the touchpad computes besides, for `watch`.
+    margin : float
+        Of the controller.
 
     Raises
     ------
@@ -112,49 +221,65 @@ def grasp(name: str, policy: str, seed: int = 0) -> Grasp:
         For an unknown object, or without MuJoCo.
     """
     held, disturbances = object_named(name)
-    world, controller, trace = GraspWorld(held, disturbances), GripController(), Trace(held.crushing_force)
-    array, estimator = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S), _estimator()
-    command, held_s = -1.0, np.inf
+    world, trace = GraspWorld(held, JERKS if fault else disturbances), Trace(held.crushing_force)
+    controller = GripController(GripLimits(margin=margin))
+    sensors, command, held_s = Sensors(held, policy == 'controller', fault, seed, topics), -1.0, np.inf
     while world.lifted_s < HELD_S and world.time_s < _MAX_DURATION_S:
         pressure, truth = world.advance(command)
-        result = estimator.process(array.read(pressure), truth.time_s)
-        slip = slip_probability(result.slip.state, result.slip.confidence)
-        trace.add(world.lifted_s, truth, command, slip)
+        readings = sensors.read(pressure, truth, world.lifted_s)
+        trace.add(world.lifted_s, truth, command, dict(readings))
+        if watch:
+            watch(world, truth, sensors, [sensor for sensor, _ in readings])
         if truth.time_s > _UNTOUCHED_S:
             controller.close()
-        own = controller.take(Reading(truth.time_s, sum(contact.force for contact in result.contacts), slip))
+        own = controller.wait(truth.time_s)
+        for sensor, reading in readings:
+            own = controller.take(reading, sensor)
         if controller.phase is Phase.HOLD:
             held_s = min(held_s, truth.time_s)
         if truth.time_s - held_s > SETTLED_S and not world.lifted_s >= 0:
             world.lift()
         command = -1.0 if controller.phase is Phase.OPEN else _command(policy, own, truth)
-    return trace.result()
+    return trace.result(controller.friction.value / held.friction if policy == 'controller' else np.nan)
 
 
 def _command(policy: str, own: float, truth: GraspTruth) -> float:
-    if policy == 'controller' or own <= GripLimits.approach_force:  # all approach alike
+    if policy in ('controller', 'array alone') or own <= GripLimits.approach_force:  # all approach alike
         return own
     return FIXED_FORCE if policy == 'fixed' else max(ORACLE_MARGIN * truth.least_force, GripLimits.min_force)
 
 
-def _estimator():
-    calibration = simulated_calibration('taxel_array')
-    return taxel_estimator(node_parameters('taxel_contact_node', parameter_file('taxel_array', True)) | {'calibration': calibration})
+#: Field of Grasp -> its factor in the table.
+_COLUMNS = {'displacement': 1e3, 'force_ratio': 1.0, 'delay': 1e3, 'friction': 1.0, 'array_recall': 1.0, 'array_false': 1.0,
+            'touchpad_recall': 1.0, 'touchpad_false': 1.0}
 
 
-def print_table(names: Sequence[str], seeds: Sequence[int]) -> None:
-    """Print the table of all grasps, as Markdown, row by row."""
-    print('| object | policy | dropped | crushed | displacement mm | force / least | delay ms | slip recall | false slip |')
-    print('|---|---|---|---|---|---|---|---|---|', flush=True)
+def print_table(names: Sequence[str], seeds: Sequence[int], has_faults: bool = False) -> None:
+    """Print the table of all grasps, as Markdown, row by row; has_faults: with each of FAULTS instead of each policy."""
+    print(f'| object | {"fault" if has_faults else "policy"} | dropped | crushed | displacement mm | force / least | delay ms '
+          '| friction / true | array: slip recall | false slip | touchpad: slip recall | false slip |')
+    print('|---' * 12 + '|', flush=True)
     for name in names:
-        for policy in POLICIES:
-            found = [grasp(name, policy, seed) for seed in (seeds if policy == 'controller' else seeds[:1])]
-            values = [np.median([getattr(each, field) for each in found]) for field in (
-                'displacement', 'force_ratio', 'delay', 'recall', 'false_share')]
-            scaled = [1e3 * values[0], values[1], 1e3 * values[2], values[3], values[4]]
+        for policy in FAULTS if has_faults else POLICIES:
+            own = ('controller', policy) if has_faults else (policy, '')
+            found = [grasp(name, own[0], seed, own[1]) for seed in (seeds if own[0] in ('controller', 'array alone') else seeds[:1])]
             counts = [f'{sum(getattr(each, field) for each in found)} of {len(found)}' for field in ('is_dropped', 'is_crushed')]
-            shown = ['-' if np.isnan(value) else f'{value:.3g}' for value in scaled]
+            values = [scale * np.median([getattr(each, field) for each in found]) for field, scale in _COLUMNS.items()]
+            shown = ['-' if np.isnan(value) else f'{value:.3g}' for value in values]
             print(f'| {name} | {policy} | {" | ".join(counts + shown)} |', flush=True)
+
+
+def print_margins(names: Sequence[str], margins: Sequence[float]) -> None:
+    """Print displacement and force of the controller with both sensors over its margin, as Markdown, and the medians of all objects."""
+    print('| margin | object | displacement mm | force / least |\n|---|---|---|---|', flush=True)
+    for margin in margins:
+        found = []
+        for name in names:
+            one = grasp(name, 'controller', margin=margin)
+            found.append((1e3 * one.displacement, one.force_ratio))
+            print(f'| {margin:g} | {name} | {found[-1][0]:.3g} | {found[-1][1]:.3g} |', flush=True)
+        moved, ratio = np.median(found, axis=0)
+        print(f'| {margin:g} | median, largest | {moved:.3g}, {max(each for each, _ in found):.3g} | {ratio:.3g} |', flush=True)
 
 
 @reports_errors('grasp_table', OSError)
@@ -163,8 +288,13 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='grasp_table', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--objects', nargs='+', default=list(OBJECTS), help=f'of {", ".join(OBJECTS)}')
     parser.add_argument('--seeds', type=int, nargs='+', default=[0], help='of the noise of the array')
+    parser.add_argument('--faults', action='store_true', help=f'the controller with {", ".join(FAULTS)}, instead of each policy')
+    parser.add_argument('--margins', type=float, nargs='+', help='displacement and force over these values of margin, instead')
     given = parser.parse_args(args)
     for name in given.objects:
         object_named(name)
-    print_table(given.objects, given.seeds)
+    if given.margins:
+        print_margins(given.objects, given.margins)
+        return 0
+    print_table(given.objects, given.seeds, given.faults)
     return 0

@@ -1,12 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""grip_controller: holds an object by the slip and the contacts that a tactile sensor reports; lifecycle node, with any gripper that has
-the action control_msgs/GripperCommand."""
+"""grip_controller: holds an object by the slip, the contacts and the wrench that tactile sensors report; lifecycle node, with any gripper
+that has the action control_msgs/GripperCommand."""
 from __future__ import annotations
 
 import math
 
 from control_msgs.action import GripperCommand
+from geometry_msgs.msg import WrenchStamped
 from rclpy.action import ActionClient
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
@@ -31,9 +32,11 @@ _PERIOD_S = 0.02  # between two looks at the age of the sensor's last message
 
 
 class GripControllerNode(LifecycleNode):
-    """Services `~/grasp` and `~/release`; parameters of GripLimits can be set while it holds; `~/force` is the command, N.
+    """Services `~/grasp` and `~/release`; parameters of GripLimits can be set while it holds; `~/force` is the command, N. With a sensor
+    that measures the shear `~/friction` is the estimated coefficient of friction and `~/friction_error` its standard error.
 
-    When the sensor is lost the last force is held and /diagnostics says so. Raises BadArgument for limits that contradict each other.
+    When all sensors are lost the last force is held; /diagnostics reports each that is lost. Raises
+    BadArgument for limits that contradict each other.
     """
 
     def __init__(self, host: Host | None = None):
@@ -42,10 +45,11 @@ class GripControllerNode(LifecycleNode):
         if self._settings.problems:
             raise BadArgument('grip_controller: ' + '; '.join(self._settings.problems.values()))
         self._control = GripController(self._limits(self._settings.values()))
-        self._contact_force, self._sent = math.nan, math.nan
+        self._contact_force, self._sent, self._wrench = math.nan, math.nan, None
         self._is_active, self._grasps_itself, self._inputs = False, self._settings['grasp'], []
         self._gripper = ActionClient(self, GripperCommand, 'gripper_cmd')
-        self._output = self.create_publisher(Float64, '~/force', STREAM_QOS)
+        self._output, self._friction, self._friction_error = (
+            self.create_publisher(Float64, f'~/{name}', STREAM_QOS) for name in ('force', 'friction', 'friction_error'))
         self._own_services = [self.create_service(Trigger, f'~/{name}', serve)
                               for name, serve in (('grasp', self._grasp), ('release', self._release))]
         self._diagnostics = NodeDiagnostics(self, 'grip', self._settings['sensor'], self._examine)
@@ -66,10 +70,12 @@ class GripControllerNode(LifecycleNode):
         self._control.change(**{name: value for name, value in changes.items() if name in GripLimits.__dataclass_fields__})
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Subscribe to the sensor."""
-        sensor = '/' + self._settings['sensor'].strip('/')
-        self._inputs = [self.create_subscription(Contacts, f'{sensor}/contacts', self._take_contacts, QoSProfile(depth=1)),
-                        self.create_subscription(Slip, f'{sensor}/slip', self._take_slip, QoSProfile(depth=1))]
+        """Subscribe to the sensors."""
+        sensor, other = ('/' + self._settings[name].strip('/') for name in ('sensor', 'shear_sensor'))
+        inputs = [(Contacts, f'{sensor}/contacts', self._take_contacts), (Slip, f'{sensor}/slip', self._take_slip)]
+        if other != '/':
+            inputs += [(WrenchStamped, f'{other}/wrench', self._take_wrench), (Slip, f'{other}/slip', self._take_shear_slip)]
+        self._inputs = [self.create_subscription(kind, topic, take, QoSProfile(depth=1)) for kind, topic, take in inputs]
         self._is_active = True
         return super().on_activate(state)
 
@@ -88,7 +94,24 @@ class GripControllerNode(LifecycleNode):
             self._control.close()
             self._grasps_itself = False
         reading = Reading(1e-9 * stamp_ns_of(message.header), self._contact_force, slip_probability(message.state, message.confidence))
-        self._send(self._control.take(reading))
+        self._use(reading, 'sensor')
+
+    def _take_wrench(self, message: WrenchStamped) -> None:
+        self._wrench = message
+
+    def _take_shear_slip(self, message: Slip) -> None:
+        """Slip of the sensor that measures the shear, whose wrench is published before it."""
+        if self._wrench is None or self._wrench.header.stamp != message.header.stamp:
+            return
+        force = self._wrench.wrench.force
+        self._use(Reading(1e-9 * stamp_ns_of(message.header), -force.z, slip_probability(message.state, message.confidence, partial=False),
+                          math.hypot(force.x, force.y), message.slipping_fraction), 'shear_sensor')
+        friction = self._control.friction
+        for publisher, value in ((self._friction, friction.value), (self._friction_error, friction.error)):
+            publisher.publish(Float64(data=value))
+
+    def _use(self, reading: Reading, sensor: str) -> None:
+        self._send(self._control.take(reading, sensor))
 
     def _wait(self) -> None:
         self._control.wait(1e-9 * self.get_clock().now().nanoseconds)
@@ -130,10 +153,14 @@ class GripControllerNode(LifecycleNode):
     def _examine(self) -> Health:
         control = self._control
         values = {**common_values(control.phase.value), 'force (N)': control.force, 'slipped at (N)': control.slipped_at,
-                  'rises': control.rises}
+                  'rises': control.rises, 'needed force (N)': control.needed_force, 'friction': control.friction.value,
+                  'friction error': control.friction.error}
+        lost = ' and '.join(self._settings[name] for name in control.lost)
         if control.phase is Phase.SENSOR_LOST:
-            return Health(ERROR, f'sensor {self._settings["sensor"]} sends no slip: the last force, {control.force:.2f} N, is held; '
-                                 'see what its own nodes report', values)
+            return Health(ERROR, f'no sensor sends slip: the last force, {control.force:.2f} N, is held; see what their own nodes report',
+                          values)
+        if control.phase is Phase.HOLD and lost:
+            return Health(WARN, f'sensor {lost} sends no slip: the object is held by the other; see what its own nodes report', values)
         if control.phase is Phase.HOLD and control.force >= control.limits.max_force:
             return Health(WARN, f'the force is at max_force, {control.force:.2f} N; raise max_force, or grasp with more friction', values)
         return Health(OK, control.phase.value, values)

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """gripper_node: a parallel gripper in MuJoCo with an object between its fingers.
 
-Its array sends frames over a pseudo-terminal, as the firmware of a real one over USB, so that driver and perception are those of any array.
+The array of its left finger sends frames over a pseudo-terminal, as the firmware of a real one over USB; the camera of the touchpad on its
+right finger publishes images. Drivers and perception are those of any array and any touchpad.
 """
 from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,52 +17,108 @@ from control_msgs.action import GripperCommand
 from rclpy.action import ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_srvs.srv import Trigger
 
 from tactile_driver.emulators import PortEmulator
 from tactile_driver.errors import BadArgument
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, WARN, Health, NodeDiagnostics, common_values
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
-from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 from tactile_driver.nodes.runtime.run import process_of
 from tactile_driver.simulation.taxel.pad import Ink
+from tactile_driver.sources.source import NS
 
 from ..parameters.table import GRIPPER_PARAMETERS
-from .objects import READY, SETTLED_S, object_named
+from .objects import READY, SETTLED_S, HeldObject, object_named
+from .skin import TouchpadFinger
 from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
 
 _JOINT_RATE = 50.0  # Hz
 _MAX_STANDSTILL = 1e-5  # m per period of the joint states; a gripper that moves less has stalled or has reached its goal
 _REACHED = 5e-4  # m from the commanded gap
 _DRIVER_ENDS_S = 0.5  # Ctrl-C ends the array's driver at the same moment; it must not report that its port is gone
-_LATE_S = 0.5  # behind real time, from which the gripper says so
+_SLOW = 0.95  # of the pace, below which the gripper says that it is slower
 
 
 class SimulatedGripper(PortEmulator):
-    """Steps the world in real time, and sends the array's counts. force: N, of each finger, negative opens; set by another thread."""
+    """Steps the world at a pace, or slower where the machine is, and sends the array's counts.
 
-    def __init__(self, link: Path, world: GraspWorld, seed: int):
+    pace: simulated s in a s of real time; force: N, of each finger, negative opens; set by another thread. tick: called with the
+    simulated time, ns, of each frame before it is sent: the time of the start, and what the engine has simulated since.
+    """
+
+    runs_on = False
+
+    def __init__(self, link: Path, world: GraspWorld, seed: int, pace: float = 1.0,
+                 tick: Callable[[int], None] = lambda _now_ns: None):
         super().__init__(link, 1 / FRAME_S)
-        self.world, self.force = world, -1.0
+        self.pace = pace
+        self.world, self.force, self._tick, self._start_ns = world, -1.0, tick, time.time_ns()
         self.truth: GraspTruth | None = None
         self._ink = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
-        self._begin_s = time.monotonic()
+        self._compared = time.monotonic(), 0.0
 
-    @property
-    def late_s(self) -> float:
-        """How far the engine is behind real time, s."""
-        return time.monotonic() - self._begin_s - self.world.time_s
+    def stamp_ns(self, truth: GraspTruth | None) -> int:
+        """Simulated time of a moment, ns; of the start without one."""
+        return self._start_ns + (round(truth.time_s * NS) if truth else 0)
+
+    def speed(self) -> float:
+        """Simulated over real time since the last call."""
+        before, simulated = self._compared
+        self._compared = time.monotonic(), self.world.time_s
+        return (self._compared[1] - simulated) / max(self._compared[0] - before, FRAME_S)
 
     def _counts(self) -> np.ndarray:
         pressure, self.truth = self.world.advance(self.force)
+        self._tick(self.stamp_ns(self.truth))
         return self._ink.read(pressure).astype(np.uint16)
 
 
+class TouchpadCamera:
+    """Publishes `~/touchpad/image_raw` and its camera_info, in a thread, while somebody subscribes to the images.
+
+    gripper: of the engine; rate: of the images, Hz of simulated time; a slow machine draws fewer.
+    """
+
+    def __init__(self, node: Node, held: HeldObject, gripper: SimulatedGripper, rate: float, seed: int):
+        self._node, self._held, self._gripper, self._rate, self._seed = node, held, gripper, rate, seed
+        self._image = node.create_publisher(Image, '~/touchpad/image_raw', STREAM_QOS)
+        self._info = node.create_publisher(CameraInfo, '~/touchpad/camera_info', LATCHED_QOS)
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._run, name='touchpad', daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stopped.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        finger, due_s = TouchpadFinger(self._held, self._rate, self._seed), 0.0
+        while not self._stopped.wait(0.5 * FRAME_S):
+            truth = self._gripper.truth
+            if truth is not None and truth.time_s >= due_s and self._image.get_subscription_count():
+                due_s = max(due_s + 1 / self._rate, truth.time_s + 0.5 * FRAME_S)  # no moment twice
+                self._publish(finger, truth)
+
+    def _publish(self, finger: TouchpadFinger, truth: GraspTruth) -> None:
+        stamp_ns = self._gripper.stamp_ns(truth)
+        header = header_of(stamp_ns, 'touchpad_camera')
+        image = finger.advance(truth.object_pose, truth.pad_force).image
+        if not self._stopped.is_set():
+            self._info.publish(calibration_to_message(finger.calibration, header))
+            self._image.publish(image_to_message(Frame(image, stamp_ns, 'bgr8'), '', header))
+
+
 class GripperNode(Node):
-    """Serves the action `gripper_cmd` (control_msgs/GripperCommand) and the service `~/lift`, and publishes /joint_states.
+    """Serves the action `gripper_cmd` (control_msgs/GripperCommand) and the service `~/lift`, and publishes /joint_states and /clock.
 
     A goal presses with max_effort, N, until the gap between the pads is `position`, m; it is reached, or stalled at the object. A new goal
     replaces the present one. Raises BadArgument for a wrong parameter, an unknown object, or without MuJoCo.
@@ -71,8 +129,10 @@ class GripperNode(Node):
         settings = NodeParameters(self, GRIPPER_PARAMETERS)
         if settings.problems:
             raise BadArgument('gripper_node: ' + '; '.join(settings.problems.values()))
-        world = GraspWorld(*object_named(settings['object']))
-        self._gripper = SimulatedGripper(Path(settings['port']), world, settings['seed'])
+        held, disturbances = object_named(settings['object'])
+        self._clock_output = self.create_publisher(Clock, '/clock', STREAM_QOS)
+        self._gripper = SimulatedGripper(Path(settings['port']), GraspWorld(held, disturbances), settings['seed'],
+                                         settings['speed'], self._tick)
         self._goal: ServerGoalHandle | None = None
         self._position, self._is_still = 0.0, False
         self._lifts, self._held_s = settings['lift'], np.inf
@@ -84,8 +144,12 @@ class GripperNode(Node):
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._gripper.run, args=(self._stopped.is_set,), name='engine', daemon=True)
         self._thread.start()
+        self._touchpad = TouchpadCamera(self, held, self._gripper, settings['touchpad_rate'], settings['seed'])
         steady_timer(self, 1 / _JOINT_RATE, self._publish)
         self.get_logger().info(f'{READY} {settings["port"]}')
+
+    def _tick(self, now_ns: int) -> None:
+        self._clock_output.publish(Clock(clock=Time(nanoseconds=now_ns).to_msg()))
 
     @property
     def _gap(self) -> float:
@@ -115,7 +179,7 @@ class GripperNode(Node):
         before, self._position = self._position, self._gripper.world.opening
         message = JointState(name=['left_finger_joint'], position=[self._position], velocity=[(self._position - before) * _JOINT_RATE],
                              effort=[self._gripper.force])
-        message.header.stamp = self.get_clock().now().to_msg()
+        message.header.stamp = Time(nanoseconds=self._gripper.stamp_ns(self._gripper.truth)).to_msg()
         self._joints.publish(message)
         self._is_still = abs(self._position - before) < _MAX_STANDSTILL
         self._lift_when_held()
@@ -137,20 +201,21 @@ class GripperNode(Node):
         return response
 
     def _examine(self) -> Health:
-        truth, late_s = self._gripper.truth, self._gripper.late_s
-        values = {**common_values('running', 1 / FRAME_S), 'late (s)': late_s}
+        truth, speed = self._gripper.truth, self._gripper.speed()
+        values = {**common_values('running', speed / FRAME_S), 'speed (of real time)': speed}
         if truth is not None:
             moved = float(np.linalg.norm(truth.displacement))
             values |= {'grip force (N)': truth.grip_force, 'least force (N)': truth.least_force, 'displacement (mm)': 1e3 * moved,
                        'held': truth.is_held}
-        if late_s > _LATE_S:
-            return Health(WARN, f'the engine is {late_s:.1f} s behind real time; run it on a machine with less load', values)
-        return Health(OK, 'the engine runs in real time', values)
+        if speed < _SLOW * self._gripper.pace:
+            return Health(WARN, f'the engine runs at {100 * speed:.0f} % of real time, and all stamps with it; end other programs', values)
+        return Health(OK, f'the engine runs at {100 * speed:.0f} % of real time', values)
 
     def destroy_node(self) -> None:
         """Stop the engine first."""
         time.sleep(_DRIVER_ENDS_S)
         self._stopped.set()
+        self._touchpad.stop()
         self._thread.join()
         super().destroy_node()
 

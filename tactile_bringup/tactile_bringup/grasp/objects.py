@@ -53,6 +53,14 @@ class HeldObject:
         return self.size[0]
 
 
+OPENING = 0.01  # m from each pad to the object at the start
+
+
+def closing_width(held: HeldObject) -> float:
+    """Position of the finger joints at which the pads would meet, m: at 0 the gripper is open around the object."""
+    return held.half_width + OPENING
+
+
 OBJECTS: Mapping[str, HeldObject] = {
     'box': HeldObject('box', (0.020, 0.012, 0.015), 0.20),
     'long_box': HeldObject('box', (0.020, 0.012, 0.040), 0.30),
@@ -96,16 +104,17 @@ HELD_S = 7.5  # from the beginning of the lift to the end
 
 
 def _shaken(begin_s: float, end_s: float, x: float, y: float, z: float) -> list[Disturbance]:
-    """The wrist is accelerated one way, twice as long the other way, and again, so that it comes back to rest where it was."""
+    """The wrist is accelerated in one direction, twice as long in the other, and again in the first, so that it returns and stops."""
     quarter = 0.25 * (end_s - begin_s)
     signs_and_times = ((1, begin_s, quarter), (-1, begin_s + quarter, 2 * quarter), (1, begin_s + 3 * quarter, quarter))
     return [Disturbance(start, start + length, acceleration=(sign * x, sign * y, sign * z)) for sign, start, length in signs_and_times]
 
 
-#: Jerks of the wrist, the weight doubled for a second, a tap from the side.
-DISTURBANCES: tuple[Disturbance, ...] = (
-    *_shaken(2.0, 2.4, 0.0, 0.0, 4.0), *_shaken(3.0, 3.4, 0.0, 4.0, 0.0),
-    Disturbance(4.0, 5.0, (0.0, 0.0, -1.0)), Disturbance(6.0, 6.01, (0.0, 3.0, 0.0)))
+#: Jerks of the wrist, up and to the side.
+JERKS: tuple[Disturbance, ...] = (*_shaken(2.0, 2.4, 0.0, 0.0, 4.0), *_shaken(3.0, 3.4, 0.0, 4.0, 0.0))
+#: Jerks, the weight doubled for a second, a tap from the side.
+DISTURBANCES: tuple[Disturbance, ...] = (*JERKS, Disturbance(4.0, 5.0, (0.0, 0.0, -1.0)),
+                                          Disturbance(6.0, 6.01, (0.0, 3.0, 0.0)))
 #: The bottle gets three times its own mass while it is held.
 FILLED: tuple[Disturbance, ...] = (Disturbance(2.0, 6.0, (0.0, 0.0, -3.0), fills=True),)
 

@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 
 from tactile_driver.errors import BadArgument
+from tactile_driver.simulation.skin.tools import Pose
 
-from .objects import GRAVITY, LIFT_HEIGHT, LIFT_S, Disturbance, HeldObject
+from .objects import GRAVITY, LIFT_HEIGHT, LIFT_S, Disturbance, HeldObject, closing_width
 
 try:
     import mujoco
@@ -19,25 +20,27 @@ except ImportError:
     mujoco = None
 
 TAXELS, PITCH = 44, 1e-3  # on a side; m
+_SAMPLES = 3  # of a taxel's area, along each side: with one, the border of an object jumps by whole taxels
 STEP_S = 0.002  # of the engine; contacts with a time constant of 6 ms need three steps or more in it
 FRAME_S = 0.01  # between two frames of the array
 _HALF_PAD, _PAD_DEPTH = 0.022, 0.003  # m; the pad is as large as the array
 _FINGER_MASS = 0.05  # kg
 _DAMPING = 40.0  # N s/m of the fingers' drive: it closes by 25 mm/s at 1 N
 _SPREAD = 0.75  # taxels, standard deviation with which the pad's cover spreads a load
-_OPENING = 0.01  # m from each pad to the object at the start
 _LOWEST = 0.024  # m from the table to the middle of the pads, which end above the table
 
 _MODEL = """
 <mujoco>
   <option timestep="{step}" cone="elliptic" impratio="100" integrator="implicitfast" gravity="0 0 -{gravity}"/>
-  <asset><mesh name="taxels" vertex="{vertices}" face="{faces}" inertia="shell"/></asset>
+  <visual><headlight ambient="0.45 0.45 0.45" diffuse="0.5 0.5 0.5" specular="0 0 0"/></visual>
+  <asset><texture type="skybox" builtin="flat" rgb1="0.93 0.94 0.96" rgb2="0.93 0.94 0.96" width="8" height="8"/>
+    <mesh name="taxels" vertex="{vertices}" face="{faces}" inertia="shell"/></asset>
   <default><default class="pad">
     <geom type="box" size="{half} {half} {depth}" pos="0 0 -{depth}" mass="{finger}" friction="{friction} 0.003 0.0001" condim="4"
-          solref="{softness} 1" solimp="0.5 0.95 0.0005" priority="1"/>
+          rgba="0.25 0.35 0.6 1" solref="{softness} 1" solimp="0.5 0.95 0.0005" priority="1"/>
   </default></default>
   <worldbody>
-    <geom name="table" type="plane" size="1 1 0.1"/>
+    <geom name="table" type="plane" size="1 1 0.1" rgba="0.75 0.76 0.78 1"/>
     <body name="wrist" mocap="true" pos="0 0 {start}"/>
     <body name="hand" pos="0 0 {start}">
       <freejoint/>
@@ -54,7 +57,7 @@ _MODEL = """
     </body>
     <body name="object" pos="0 0 {height}">
       <freejoint/>
-      <geom name="object" type="{shape}" size="{size}" mass="{mass}"/>
+      <geom name="object" type="{shape}" size="{size}" mass="{mass}" rgba="0.9 0.6 0.2 1"/>
     </body>
   </worldbody>
   <equality>
@@ -86,6 +89,16 @@ class GraspTruth:
         Grip force below which friction cannot hold the present load of the object, N.
     is_held : bool
         Whether both pads touch the object.
+    object_pose : Pose
+        Of the object's centre in the frame of the right pad, z from its face to the object.
+    pad_force : ndarray, shape (3,)
+        Of the object on the right pad, N, in this frame.
+    held : Pose
+        Of the object's centre in the hand's frame.
+    pads : tuple of Pose
+        Of the faces of the left and the right pad in the hand's frame, z to the object.
+    array_wrench : ndarray, shape (6,)
+        Of the object on the left pad, N and N m, in the array's frame.
     """
 
     time_s: float
@@ -95,6 +108,11 @@ class GraspTruth:
     velocity: np.ndarray
     least_force: float
     is_held: bool
+    object_pose: Pose
+    pad_force: np.ndarray
+    held: Pose
+    pads: tuple[Pose, Pose]
+    array_wrench: np.ndarray
 
 
 class GraspWorld:
@@ -121,7 +139,7 @@ class GraspWorld:
         vertices, faces = _grid()
         self._model = mujoco.MjModel.from_xml_string(_MODEL.format(
             step=STEP_S, gravity=GRAVITY, vertices=vertices, faces=faces, half=_HALF_PAD, depth=_PAD_DEPTH, finger=_FINGER_MASS,
-            friction=held.friction, softness=held.softness, start=self._start, apart=held.half_width + _OPENING, damping=_DAMPING,
+            friction=held.friction, softness=held.softness, start=self._start, apart=closing_width(held), damping=_DAMPING,
             height=held.half_height, shape=held.shape, size=' '.join(map(str, held.size)), mass=held.mass))
         self._data = mujoco.MjData(self._model)
         self._hand, self._object = (self._model.body(name).id for name in ('hand', 'object'))
@@ -129,13 +147,13 @@ class GraspWorld:
         self._geom = self._model.geom('object').id
         self._wrist = np.zeros((2, 3))  # displacement, m, and velocity, m/s, by which disturbances move the wrist
         self._grasped_at = np.full(3, np.nan)
-        self._before = np.zeros(3)
+        self._before, self._renderer = np.zeros(3), None
         self.time_s, self._lift_s = 0.0, np.inf
 
     @property
     def closed_at(self) -> float:
         """Position of the finger joints at which the pads would meet, m."""
-        return self.held.half_width + _OPENING
+        return closing_width(self.held)
 
     @property
     def opening(self) -> float:
@@ -145,6 +163,24 @@ class GraspWorld:
     def lift(self) -> None:
         """Begin to lift the object; the times of the disturbances count from now."""
         self._lift_s = self.time_s
+
+    def draw(self, width: int, height: int) -> np.ndarray:
+        """An image (height, width, 3), BGR, of the gripper from the side. Raises BadArgument where MuJoCo cannot draw."""
+        if self._renderer is None:
+            try:
+                self._renderer = mujoco.Renderer(self._model, height, width)
+            except Exception as error:  # of the platform's library
+                raise BadArgument(f'MuJoCo cannot draw here: {error}; install OpenGL, and set MUJOCO_GL to egl or osmesa') from error
+        camera = mujoco.MjvCamera()
+        camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = (0.0, 0.0, 0.085), 0.27, 115.0, -18.0
+        self._renderer.update_scene(self._data, camera)
+        return np.ascontiguousarray(self._renderer.render()[..., ::-1])
+
+    def turn(self, rotation_vector: np.ndarray) -> None:
+        """Turn the wrist to an orientation, a rotation vector (3,), rad, from the upright one, at once: move it in small steps."""
+        angle = float(np.linalg.norm(rotation_vector))
+        axis = rotation_vector / angle if angle else np.zeros(3)
+        self._data.mocap_quat[0] = [np.cos(0.5 * angle), *(np.sin(0.5 * angle) * axis)]
 
     @property
     def lifted_s(self) -> float:
@@ -160,13 +196,20 @@ class GraspWorld:
             On each taxel, Pa; x along columns, y along rows, in the array's sensor frame.
         truth : GraspTruth
         """
-        for _ in range(round(FRAME_S / STEP_S)):
+        steps = round(FRAME_S / STEP_S)
+        for step in range(steps):
+            self._enable_sensor(step == steps - 1)
             self._move_wrist()
             self._data.ctrl[0] = force
             self._data.xfrc_applied[self._object, :3] = self._applied() * self.held.mass * GRAVITY
             mujoco.mj_step(self._model, self._data)
             self.time_s += STEP_S
-        return self._pressure(), self._truth()
+        left, right = (self._wrench_on(pad) for pad in self._pads)
+        return self._pressure(-left[2]), self._truth(left, right)
+
+    def _enable_sensor(self, enabled: bool) -> None:
+        flag = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        self._model.opt.disableflags = self._model.opt.disableflags & ~flag if enabled else self._model.opt.disableflags | flag
 
     def _move_wrist(self) -> None:
         self._wrist[1] += self._wrist_acceleration() * STEP_S
@@ -179,48 +222,63 @@ class GraspWorld:
         """Force on the object, (3,), in units of its weight."""
         return np.sum([d.force_at(self.lifted_s) for d in self._disturbances] or [np.zeros(3)], axis=0)
 
-    def _pad_force(self, pad: int) -> np.ndarray:
-        """Normal and friction force of the object on a pad, N."""
-        total, single = np.zeros(3), np.zeros(6)
+    def _wrench_on(self, pad: int) -> np.ndarray:
+        """(6,) N and N m of the object on a pad, at the middle of its face and in its frame."""
+        total, single, geom = np.zeros(6), np.zeros(6), self._data.geom(pad)
+        axes = geom.xmat.reshape(3, 3)
+        face = geom.xpos + axes @ [0.0, 0.0, _PAD_DEPTH]
         for number in range(self._data.ncon):
             contact = self._data.contact[number]
             if {contact.geom1, contact.geom2} == {pad, self._geom}:
                 mujoco.mj_contactForce(self._model, self._data, number, single)
-                total += single[0] * contact.frame[:3] + single[1] * contact.frame[3:6] + single[2] * contact.frame[6:]
-        axis = self._data.geom(pad).xmat.reshape(3, 3)[:, 2]
-        normal = float(total @ axis)
-        return np.array([abs(normal), np.linalg.norm(total - normal * axis)])
+                sign = 1 if contact.geom2 == pad else -1  # the engine's force acts on the second
+                force, moment = (sign * part @ contact.frame.reshape(3, 3) for part in (single[:3], single[3:]))
+                total += np.concatenate([force, moment + np.cross(contact.pos - face, force)])
+        return np.concatenate([total[:3] @ axes, total[3:] @ axes])
 
-    def _pressure(self) -> np.ndarray:
-        """The engine's normal force, shared between the taxels by how deep each is in the object, and spread by the pad's cover."""
-        depth = self._data.sensordata[:TAXELS * TAXELS].reshape(TAXELS, TAXELS)
+    def _pressure(self, force: float) -> np.ndarray:
+        """The engine's normal force, N, shared between the taxels by how deep each is in the object, and spread by the pad's cover."""
+        samples = self._data.sensordata[:(TAXELS * _SAMPLES)**2].reshape(TAXELS, _SAMPLES, TAXELS, _SAMPLES)
+        depth = samples.mean(axis=(1, 3))
         if not depth.any():
             return np.zeros((TAXELS, TAXELS))
-        pressure = depth * (self._pad_force(self._pads[0])[0] / (depth.sum() * PITCH**2))
+        pressure = depth * (force / (depth.sum() * PITCH**2))
         return cv2.GaussianBlur(pressure, (0, 0), _SPREAD, borderType=cv2.BORDER_CONSTANT)
 
-    def _truth(self) -> GraspTruth:
+    def _truth(self, left: np.ndarray, right: np.ndarray) -> GraspTruth:
+        """left, right: (6,) N and N m, on the pads, each in the frame of its pad."""
         data = self._data
         rotation = data.xmat[self._hand].reshape(3, 3)
         relative = rotation.T @ (data.xpos[self._object] - data.xpos[self._hand])
         if self.lifted_s >= 0 and np.isnan(self._grasped_at).any():
             self._grasped_at = relative
         velocity, self._before = (relative - self._before) / FRAME_S, relative
-        (normal, shear), (other, _) = (self._pad_force(pad) for pad in self._pads)
         load = self.held.mass * (np.array([0.0, 0.0, GRAVITY]) - self._applied() * GRAVITY + self._wrist_acceleration())
-        return GraspTruth(self.time_s, float(normal), float(shear), relative - self._grasped_at, velocity,
-                          float(np.linalg.norm(load)) / (2 * self.held.friction), bool(normal > 0 and other > 0))
+        held = Pose(relative, rotation.T @ data.xmat[self._object].reshape(3, 3))
+        pads = tuple(self._face(pad, rotation) for pad in self._pads)
+        face = pads[1]
+        pose = Pose(face.turn.T @ (held.origin - face.origin), face.turn.T @ held.turn)
+        return GraspTruth(self.time_s, float(-left[2]), float(np.linalg.norm(left[:2])), relative - self._grasped_at, velocity,
+                          float(np.linalg.norm(load)) / (2 * self.held.friction), bool(left[2] < 0 and right[2] < 0), pose, right[:3],
+                          held, pads, left)
+
+    def _face(self, pad: int, rotation: np.ndarray) -> Pose:
+        """Of a pad in the hand's frame, whose axes in the world are rotation (3, 3)."""
+        geom = self._data.geom(pad)
+        turn = rotation.T @ geom.xmat.reshape(3, 3)
+        return Pose(rotation.T @ (geom.xpos - self._data.xpos[self._hand]) + turn @ [0.0, 0.0, _PAD_DEPTH], turn)
 
     def _wrist_acceleration(self) -> np.ndarray:
         return np.sum([d.acceleration for d in self._disturbances if d.begin_s <= self.lifted_s < d.end_s] or [np.zeros(3)], axis=0)
 
 
 def _grid() -> tuple[str, str]:
-    """Vertices and faces of a mesh with a vertex in the middle of each taxel, as MuJoCo's texts."""
-    middle = (np.arange(TAXELS) - (TAXELS - 1) / 2) * PITCH
+    """Vertices and faces of a mesh with _SAMPLES x _SAMPLES vertices evenly over each taxel, as MuJoCo's texts."""
+    side = TAXELS * _SAMPLES
+    middle = (np.arange(side) - (side - 1) / 2) * PITCH / _SAMPLES
     y, x = np.meshgrid(middle, middle, indexing='ij')
     vertices = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    corner = (np.arange(TAXELS - 1)[:, None] * TAXELS + np.arange(TAXELS - 1)).ravel()
-    faces = np.concatenate([np.column_stack([corner, corner + 1, corner + TAXELS]),
-                            np.column_stack([corner + 1, corner + TAXELS + 1, corner + TAXELS])])
-    return ' '.join(f'{value:.5f}' for value in vertices.ravel()), ' '.join(map(str, faces.ravel()))
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    faces = np.concatenate([np.column_stack([corner, corner + 1, corner + side]),
+                            np.column_stack([corner + 1, corner + side + 1, corner + side])])
+    return ' '.join(f'{value:.6f}' for value in vertices.ravel()), ' '.join(map(str, faces.ravel()))

@@ -11,16 +11,16 @@ import numpy as np
 
 from .session import Press, Sample
 
-_UNTOUCHED_S, _AFTER_S, _HELD_S = 1.0, 5.0, 1.0  # chosen: before the first load, after the last, of each weight
-_NOISES, _LEAST = 6.0, 0.05  # noises of the force sensor, and N, from which it is loaded. Chosen: far under a tenth of the largest load
-_STUCK_S = 1.0
+_UNTOUCHED_S, _RELEASED_S, _WEIGHT_S = 1.0, 5.0, 1.0  # before the first load, after the last, and with each weight
+_LOAD_SIGMAS, _MIN_LOAD_N = 6.0, 0.05  # from which a force sensor is loaded: far below a tenth of the largest load
+_STUCK_S = 1.0  # without another value of the wrench
 
 
 class Loads:
-    """Judges samples in their order, as Session does: an untouched second, loads, and an untouched time after them are one press.
+    """Judges samples as Session does: an untouched second, loads, and an untouched time after them are one press.
 
-    weights: N, laid on one after the other, each reported by next_weight; none: a force sensor measures them. how: in which way they load
-    the sensor, as in SensorType.loaded. done: one entry a press; tip: none.
+    weights: N, laid on one after the other, each announced by next_weight; none: a force sensor measures them. how: how they load the
+    sensor, as in SensorType.loaded. done: one entry a press; tip: none.
     """
 
     tip = np.full(3, np.nan)
@@ -28,12 +28,12 @@ class Loads:
     def __init__(self, weights: Sequence[float] = (), how: str = ''):
         self.weights, self.done, self._how = list(weights), [], how
         self._press, self._forces = Press([]), []
-        self._number, self._since = 0, None  # of the weight that is on next, and when the present one was laid on
+        self._number, self._since = 0, None  # of the next weight, and when the present one was laid on
         self._loaded_s: float | None = None
-        self._bare: np.ndarray | None = None  # what the force sensor shows of nothing
+        self._tare: np.ndarray | None = None  # wrench without load
 
     @property
-    def open_places(self) -> list[int]:
+    def open_positions(self) -> list[int]:
         """[0] until there is a press."""
         return [] if self.done else [0]
 
@@ -42,15 +42,16 @@ class Loads:
         """What to do next."""
         if self.done:
             return 'all loads are recorded'
-        if not self._rested:
+        if not self._was_untouched:
             return f'touch nothing for {_UNTOUCHED_S:g} s'
         if self.weights:
             return (f'weight {self._number + 1} of {len(self.weights)}: lay {self.weights[self._number]:g} N on, {self._how}, then '
                     'call ~/next')
-        return (f'press {self._how}, in four steps or more, {_HELD_S:g} s each, first rising, then falling; lift, and wait {_AFTER_S:g} s')
+        return (f'press {self._how}, in four steps or more, {_WEIGHT_S:g} s each, first rising, then falling; lift, and wait '
+                f'{_RELEASED_S:g} s')
 
     @property
-    def _rested(self) -> bool:
+    def _was_untouched(self) -> bool:
         rest = self._press.rest
         return bool(rest) and rest[-1].stamp_s - rest[0].stamp_s >= _UNTOUCHED_S
 
@@ -60,33 +61,33 @@ class Loads:
         self.drop('')
 
     def next_weight(self) -> str:
-        """The next weight lies on; what is to be reported."""
-        if self.weights and self._rested and self._since is None and not self.done:
+        """The next weight is on the sensor; returns a message for the operator."""
+        if self.weights and self._was_untouched and self._since is None and not self.done:
             self._since = self._press.rest[-1].stamp_s if not self._forces else self._forces[-1][0]
             return f'hold still: {self.weights[self._number]:g} N'
         return self.advice
 
     def add(self, sample: Sample) -> tuple[Press | None, str]:
-        """(a press that counts, or None; what is to be reported, or '')."""
+        """Judge a sample; returns a press that counts, or None, and a message for the operator, or ''."""
         if self.weights:
             return self._weighed(replace(sample, wrench=np.zeros(6)))
         return self._felt(sample) if np.isfinite(sample.wrench).all() else (None, '')
 
     def drop(self, why: str) -> str:
-        """Begin anew; what is to be reported."""
-        self._press, self._loaded_s, self._number, self._since, self._bare = Press([]), None, 0, None, None
+        """Restart; returns the reason."""
+        self._press, self._loaded_s, self._number, self._since, self._tare = Press([]), None, 0, None, None
         return why
 
     def _weighed(self, sample: Sample) -> tuple[Press | None, str]:
-        """Keep what comes while the force is known: untouched, and with each weight."""
+        """Keep the samples at a known force: untouched, and with each weight."""
         self._forces.append((sample.stamp_s, 0.0))
-        if not self._rested:
+        if not self._was_untouched:
             self._press.rest.append(sample)
-            return None, self.advice if self._rested else ''
+            return None, self.advice if self._was_untouched else ''
         if self._since is None:
             return None, ''
         weight, last = self.weights[self._number], self._number == len(self.weights) - 1
-        if sample.stamp_s - self._since <= (_AFTER_S if weight == 0 else _HELD_S):
+        if sample.stamp_s - self._since <= (_RELEASED_S if weight == 0 else _WEIGHT_S):
             self._press.touched.append(replace(sample, wrench=np.array([0, 0, -weight, 0, 0, 0])))
             self._forces[-1] = sample.stamp_s, weight
             return None, ''
@@ -96,23 +97,23 @@ class Loads:
     def _felt(self, sample: Sample) -> tuple[Press | None, str]:
         """Keep everything from the untouched second to the time after the last load."""
         press = self._press
-        if not self._rested:
+        if not self._was_untouched:
             press.rest.append(sample)
-            return None, self.advice if self._rested else ''
-        if self._bare is None:
-            self._bare = np.mean([each.wrench for each in press.rest], axis=0)
-            self._loaded_from = max(_NOISES * np.std([each.to_sensor(each.wrench)[2] for each in press.rest]), _LEAST)
-        force = abs(float(sample.to_sensor(sample.wrench - self._bare)[2]))
+            return None, self.advice if self._was_untouched else ''
+        if self._tare is None:
+            self._tare = np.mean([each.wrench for each in press.rest], axis=0)
+            self._loaded_from = max(_LOAD_SIGMAS * np.std([each.to_sensor(each.wrench)[2] for each in press.rest]), _MIN_LOAD_N)
+        force = abs(float(sample.to_sensor(sample.wrench - self._tare)[2]))
         loaded = force > self._loaded_from
         self._forces.append((sample.stamp_s, force))
         if loaded and sample.stamp_s - sample.changed_s > _STUCK_S:
-            return None, 'dropped: ' + self.drop('the wrench stands still: the sensor is saturated or has stopped')
+            return None, 'dropped: ' + self.drop('the wrench does not change: the force sensor is saturated or has stopped')
         if loaded:
             self._loaded_s = sample.stamp_s
         if self._loaded_s is None:
             return None, ''
-        press.touched.append(sample if loaded else replace(sample, wrench=self._bare))  # what a force sensor shows of nothing is no load
-        return (press, 'taken') if sample.stamp_s - self._loaded_s > _AFTER_S else (None, '')
+        press.touched.append(sample if loaded else replace(sample, wrench=self._tare))  # without load the wrench is the tare
+        return (press, 'taken') if sample.stamp_s - self._loaded_s > _RELEASED_S else (None, '')
 
     def picture(self) -> np.ndarray:
         """(240, 480, 3) BGR: the force over the time."""

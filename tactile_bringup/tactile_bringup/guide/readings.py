@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a sensor without calibration says: that something touches, where its dots give way, and that its camera has moved."""
+"""What a sensor without calibration shows: that something touches, where its dots are deepest, and that its camera has moved."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -13,14 +13,14 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_msgs.msg import DotTracks, PsdVoltages
 from tactile_perception.bags.replay import make_stage
-from tactile_perception.errors import TactileError
+from tactile_perception.core.errors import TactileError
 
-_WIDTH = 160  # px to which an image is reduced: a dot that moves a little then changes it evenly, and a pixel's noise is averaged. Chosen
-_PEAK = 5  # power of the depth of a dot as its weight: measured on a sheet, 0.35 mm RMS; with 3 it is 0.6, with 12 0.45
+_WIDTH = 160  # px of the reduced image: small motions of a dot change it smoothly, and the noise of pixels is averaged
+_DEPTH_POWER = 5  # of the weight of a dot: the position is 0.35 mm RMS off on a sheet; with 3 it is 0.6, with 12 0.45
 
 
 def signal_of(raw: Sequence[tuple[str, object]]) -> np.ndarray:
-    """(M,) of the images, or of the block of voltages, of one time. Raises BadFrame for an image that is none."""
+    """(M,) signal of the images, or of the block of voltages, of one time. Raises BadFrame for a damaged image."""
     parts = []
     for _, message in raw:
         if isinstance(message, PsdVoltages):
@@ -31,21 +31,23 @@ def signal_of(raw: Sequence[tuple[str, object]]) -> np.ndarray:
 
 
 def reduced(message: Image | CompressedImage) -> np.ndarray:
-    """(H, 160) float32 grey of an image. Raises BadFrame for one that is none."""
+    """(H, 160) float32 grey of an image. Raises BadFrame for a damaged one."""
     image = image_to_array(message)
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
     height, width = grey.shape
     return cv2.resize(grey, (_WIDTH, max(_WIDTH * height // width, 1)), interpolation=cv2.INTER_AREA).astype(np.float32)
 
 
-def moved(before: np.ndarray, now: np.ndarray) -> float:
-    """By what part of its width a reduced picture of the untouched sensor has moved; 0 for one of another size, which others report."""
+def image_shift(before: np.ndarray, now: np.ndarray) -> float:
+    """Shift of a reduced image of the untouched sensor, over its width; 0 for an image of another size, which others report."""
     return float(np.hypot(*cv2.phaseCorrelate(before, now)[0])) / _WIDTH if before.shape == now.shape else 0.0
 
 
-def place_seen(params: Path, camera_info: CameraInfo, untouched: Sequence[object], touched: object) -> np.ndarray:
-    """(2,) m, x and y in the sensor frame where the dots of a touched image are deepest below those of untouched images, which draws a
-    press near the border towards the middle; NaN where the dots are not found or their heights not known."""
+def pressed_position(params: Path, camera_info: CameraInfo, untouched: Sequence[object], touched: object) -> np.ndarray:
+    """(2,) m, x and y in the sensor frame where the dots of a touched image are deepest below those of untouched images.
+
+    Near the border the position is drawn towards the middle. NaN where the dots are not found or their heights are unknown.
+    """
     stage = make_stage(params)
     try:
         stage.take('camera_info', camera_info)
@@ -59,7 +61,7 @@ def _deepest(before: DotTracks, now: DotTracks) -> np.ndarray:
     if not len(before.x) or not len(now.x):
         return np.full(2, np.nan)
     _, rest, pressed = np.intersect1d(before.id, now.id, return_indices=True)
-    weight = np.maximum(np.nan_to_num(np.subtract(np.take(before.z, rest), np.take(now.z, pressed))), 0)**_PEAK
+    weight = np.maximum(np.nan_to_num(np.subtract(np.take(before.z, rest), np.take(now.z, pressed))), 0)**_DEPTH_POWER
     if not weight.sum() > 0:
         return np.full(2, np.nan)
     return np.array([np.nansum(weight * np.take(values, rest)) for values in (before.x, before.y)]) / weight.sum()

@@ -11,43 +11,42 @@ import numpy as np
 from tactile_driver.errors import BadArgument
 from tactile_perception.bags.replay import read_sensor_type
 from tactile_perception.common.marker_sensor import MarkerSensor, first_touch_height
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What a press has to be. All lengths in m, times in s; chosen for a hand-held tool, far above the noise of stages and arms.
+    """What a press has to be, for a hand-held tool, far above the noise of stages and arms. Lengths in m, times in s."""
 
-    whole: all that comes while it is pressed is kept, else `frames` messages of each depth and `rest` before the press.
-    """
-
-    untouched: float = 1.0
-    still: float = 0.4
-    noise: float = 5e-5  # of the tip's position while it is held still
-    touching: float = 1e-4  # as calibrate, to which a shallower press is none
-    step: float = 3e-4  # between two depths
-    stuck: float = 1.0  # without another value of the wrench: it is saturated, or has stopped
-    slid: float = 4e-4
-    fastest: float = 0.5  # m/s; what moves faster while it touches has jumped
-    frames: int = 3
-    rest: int = 8
-    whole: bool = False
+    untouched_s: float = 1.0  # without contact before a press
+    still_s: float = 0.4  # at one depth
+    still_radius: float = 5e-5  # within which a tip at rest moves
+    touch_depth: float = 1e-4  # a shallower press is none, as for calibrate
+    depth_step: float = 3e-4  # between two depths
+    stuck_s: float = 1.0  # without another value of the wrench: the force sensor is saturated, or has stopped
+    max_slide: float = 4e-4  # over the surface
+    max_speed: float = 0.5  # m/s, of a probe that touches; a faster one has jumped
+    frames: int = 3  # messages that are kept of each depth
+    rest_frames: int = 8  # messages that are kept from before the press
+    keeps_all: bool = False  # all messages of a press are kept instead
 
 
 class MarkedSurface:
-    """A sheet or a dome, pressed along z by a round tip of tip_radius, m, which a sheet does not need. Raises BadArgument for a dome
-    without it."""
+    """A sheet or a dome, pressed along z by a round tip.
+
+    tip_radius: m; a sheet does not need it. Raises BadArgument for a dome without it.
+    """
 
     rules = Rules()
 
     def __init__(self, sensor: MarkerSensor, tip_radius: float):
         if not sensor.is_sheet and not tip_radius > 0:
-            raise BadArgument(f'calibrate_node: tip_radius is {tip_radius}; on a curved surface the depth of a press needs the radius of '
-                              "the probe's round tip, m")
+            raise BadArgument(f'calibrate_node: tip_radius is {tip_radius}; on a curved surface the depth of a press depends on the '
+                              "radius of the probe's round tip: set it, in m")
         self._sensor, self._tip_radius = sensor, tip_radius
         self.size = np.array(sensor.size if sensor.is_sheet else [2 * sensor.rim_radius] * 2)
-        # A sheet as far out as a fingertip fits, a dome as far as it can be pressed along z.
-        self.places = _grid(0.74 * self.size) if sensor.is_sheet else _disc(12, 0.5 * sensor.rim_radius)
+        # On a sheet as far out as a fingertip fits, on a dome as far as it can be pressed along z.
+        self.positions = _grid(0.74 * self.size) if sensor.is_sheet else _disc(12, 0.5 * sensor.rim_radius)
 
     def depth(self, tip: np.ndarray) -> float:
         """m, of a tip (3,) m; NaN beside a dome."""
@@ -65,14 +64,14 @@ class MarkedSurface:
 
 
 class Fingertip:
-    """A hemisphere, pressed towards its centre. Its light is fast and is wanted as it rises, so every message of a press is kept."""
+    """A hemisphere, pressed towards its centre. Calibration uses the rise of its light, so every message of a press is kept."""
 
-    rules = Rules(untouched=0.4, still=0.15, noise=2e-5, whole=True)
+    rules = Rules(untouched_s=0.4, still_s=0.15, still_radius=2e-5, keeps_all=True)
 
     def __init__(self, radius: float):
         self.radius, self.size = radius, np.full(2, 2 * radius)
         tilt = _disc(60, np.radians(70))  # as far out as its light reaches
-        self.places = radius * np.sinc(np.linalg.norm(tilt, axis=1) / np.pi)[:, None] * tilt
+        self.positions = radius * np.sinc(np.linalg.norm(tilt, axis=1) / np.pi)[:, None] * tilt
 
     def depth(self, tip: np.ndarray) -> float:
         """m, of a tip (3,) m; NaN under the rim."""
@@ -95,13 +94,13 @@ def surface_of(params: Path, tip_radius: float) -> MarkedSurface | Fingertip:
 
 
 def _grid(span: np.ndarray) -> np.ndarray:
-    """(12, 2) m: 4 x 3 places over span (x, y), m."""
+    """(12, 2) m: 4 x 3 positions over span (x, y), m."""
     x, y = (np.linspace(-0.5, 0.5, count) * length for length, count in zip(span, (4, 3)))
     return np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
 
 
-def _disc(count: int, reach: float) -> np.ndarray:
-    """(count, 2) m: places spread evenly over a disc of radius reach, m, on a spiral of the golden angle."""
+def _disc(count: int, radius: float) -> np.ndarray:
+    """(count, 2) m: positions spread evenly over a disc of a radius, m, on a spiral of the golden angle."""
     number = np.arange(count)
-    way, angle = reach * np.sqrt(number / count), number * np.pi * (3 - np.sqrt(5))
-    return np.column_stack([way * np.cos(angle), way * np.sin(angle)])
+    distance, angle = radius * np.sqrt(number / count), number * np.pi * (3 - np.sqrt(5))
+    return np.column_stack([distance * np.cos(angle), distance * np.sin(angle)])

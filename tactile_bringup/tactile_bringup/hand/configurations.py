@@ -24,10 +24,11 @@ from ..sensor_files import rviz_file
 from .description import Hand, HandSensor, read_hand
 from .urdf import Pose, mounting
 
-_AROUND, _AWAY = 0.1, 1.2  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
+_SENSOR_SIZE = 0.1  # m, which is added to the size of the hand
+_VIEW_DISTANCE = 1.0  # times the hand's size: RViz's field of view is 45 degrees high
 _HEIGHT, _WIDTH, _DOCK_HEIGHT, _DISPLAYS_WIDTH, _PICTURES_WIDTH = 960, 1600, 860, 260, 330  # px, of RViz's window and its parts
-_RAISED = 0.3  # rise of a text behind its sensor over its distance from it: a line, so that a dome does not hide its last line
-_LETTER_HEIGHT = 0.016  # over the distance of the viewpoint: 17 px in a 3D view 900 px high
+_RISE = 0.3  # of a text behind its sensor, over its distance from it: a dome must not hide its last line
+_LETTER_HEIGHT = 0.018  # over the distance of the viewpoint: 19 px in a view of 900 px
 
 
 def aggregator_configuration(hand: Hand) -> str:
@@ -38,7 +39,7 @@ def aggregator_configuration(hand: Hand) -> str:
 
 
 def xacro_description(hand: Hand) -> str:
-    """Text of a xacro file with the sensors of a hand; parents that are no sensors become links without a shape."""
+    """Text of a xacro file with the sensors of a hand. A parent that is not a sensor becomes a link without a shape."""
     frames = {sensor.frame for sensor in hand.sensors}
     parents = dict.fromkeys(sensor.parent for sensor in hand.sensors if sensor.parent not in {*frames, hand.frame})
     robot = Element('robot', {'name': hand.frame.replace('/', '_'), 'xmlns:xacro': 'http://www.ros.org/wiki/xacro'})
@@ -93,13 +94,16 @@ def rviz_configuration(hand: Hand) -> str:
     view = manager['Views']['Current']
     origins = _origins(hand)
     view['Distance'] = _distance(origins)
-    view['Focal Point'] = dict(zip('XYZ', (0.5 * (origins.max(axis=0) + origins.min(axis=0))).tolist()))
+    middle = 0.5 * (origins.max(axis=0) + origins.min(axis=0))
+    # The viewpoint is at positive x. This shift puts the first and the last sensor at equal distances from the middle of the picture.
+    middle[0] += np.ptp(origins[:, 0]) ** 2 * np.cos(view['Pitch']) / (4 * view['Distance'])
+    view['Focal Point'] = dict(zip('XYZ', middle.tolist()))
     return yaml.safe_dump(page, sort_keys=False, width=140)
 
 
 def _window_state(pictures: Sequence[str]) -> str:
-    """The layout of RViz's window as QMainWindow::saveState of Qt 5 writes it, hexadecimal: Displays at the left of the 3D view, pictures
-    at its right, one above the other. RViz 14 closes what is hidden behind a tab."""
+    """The layout of RViz's window, hexadecimal, as QMainWindow::saveState of Qt 5 writes it: Displays at the left, pictures at the right,
+    one above the other, because RViz 14 closes a picture that is hidden behind a tab."""
     def area(side: int, width: int, names: Sequence[str]) -> bytes:
         """A column of docks at a side of the window (0: left, 1: right), width px wide."""
         found = struct.pack('>IIIBBI', side, width, _DOCK_HEIGHT, 0xfc, 2, len(names))  # 2: a column
@@ -116,12 +120,12 @@ def _window_state(pictures: Sequence[str]) -> str:
 
 
 def text_parameters(hand: Hand, sensor: HandSensor) -> dict[str, object]:
-    """Parameters of the node that draws a sensor of a hand: letters legible in the view of the hand, on the side away from the others."""
+    """Parameters of the node that draws a sensor of a hand: letters that are legible in the view of the hand, on the outer side."""
     origins, rotation = _origins(hand), _pose(hand, sensor)[0]
-    away = (_pose(hand, sensor)[1] - origins.mean(axis=0)) * [1.0, 1.0, 0.0]
-    length = float(np.linalg.norm(away))
-    side = away / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])  # m; a sensor alone, or one in the middle
-    side[2] = _RAISED * max(0.0, -side[0])  # the viewpoint is at positive x
+    outwards = (_pose(hand, sensor)[1] - origins.mean(axis=0)) * [1.0, 1.0, 0.0]
+    length = float(np.linalg.norm(outwards))
+    side = outwards / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])  # m; a sensor alone, or one in the middle
+    side[2] = _RISE * max(0.0, -side[0])  # the viewpoint is at positive x
     return {'text.height': _LETTER_HEIGHT * _distance(origins), 'text.side': rotation.inv().apply(side).round(9).tolist(),
             'text.up': rotation.inv().apply([0.0, 0.0, 1.0]).round(9).tolist()}
 
@@ -132,8 +136,8 @@ def _origins(hand: Hand) -> np.ndarray:
 
 
 def _distance(origins: np.ndarray) -> float:
-    """m from the viewpoint to the middle of sensors at (N, 3), m."""
-    return float(_AWAY * (np.linalg.norm(np.ptp(origins, axis=0)) + _AROUND))
+    """Distance in m from the viewpoint to the middle of sensors at (N, 3), m."""
+    return float(_VIEW_DISTANCE * (np.linalg.norm(np.ptp(origins, axis=0)) + _SENSOR_SIZE))
 
 
 def _display(manager: dict, name: str) -> dict:
@@ -141,8 +145,8 @@ def _display(manager: dict, name: str) -> dict:
 
 
 def _pose(hand: Hand, sensor: HandSensor) -> Pose:
-    """Rotation and origin (3,), m, of a sensor's frame in the hand's frame, with all joints at 0; an unknown parent counts as the hand's
-    frame."""
+    """Rotation and origin (3,), m, of a sensor's frame in the hand's frame, with all joints at 0. An unknown parent is replaced by the
+    hand's frame."""
     at_zero = dict.fromkeys(hand.robot.positioned, 0.0) if hand.robot else {}
     return hand.pose(sensor, at_zero) or mounting(sensor.xyz, sensor.quaternion)
 

@@ -114,6 +114,12 @@ def chained(outer: Pose, inner: Pose) -> Pose:
     return outer[0] * inner[0], outer[1] + outer[0].apply(inner[1])
 
 
+def inverted(pose: Pose) -> Pose:
+    """The pose of A in B, from the pose of B in A."""
+    turned = pose[0].inv()
+    return turned, -turned.apply(pose[1])
+
+
 def read_xml(path: Path) -> str:
     """The URDF text of a file; a file that ends in .xacro is expanded by xacro. Raises BadArgument."""
     try:

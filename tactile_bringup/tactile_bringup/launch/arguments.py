@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
@@ -25,18 +26,22 @@ from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.runtime.run import EXIT_FAILURE
 from tactile_driver.parameters.table import Parameter
-from tactile_perception.parameters.file import check_sections, read_parameters
-from tactile_perception.sensor_type import NODES, SENSOR_TYPES
+from tactile_perception.core.parameter_files import check_sections, read_parameters
+from tactile_perception.core.sensor_type import NODES, SENSOR_TYPES
 
 from ..sensor_files import parameter_file, rviz_file, simulated_calibration
+from ..view import MISSING
 
 Texts = Mapping[str, tuple[str, str]]  # of the arguments of a launch file: name -> default and text
+#: Arguments of every launch file with sensors.
+VIEW: Texts = {'view': ('false', 'show it in Rerun: true or false'),
+               'web': ('false', 'show it in Rerun, in a browser: true or false')}
 _RESPAWN = {'respawn': True, 'respawn_delay': 0.5}  # s
 _BOOLEANS = {'true': True, 'false': False}
 
 
 def description(texts: Texts, actions: Callable[[dict[str, str]], list]) -> LaunchDescription:
-    """A launch file with these arguments, whose values become actions. A wrong value is theirs to report: launch would report it twice."""
+    """A launch file with these arguments; `actions` makes actions of their values, and reports wrong ones: launch would do so twice."""
     declared = [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
     return LaunchDescription([*declared, OpaqueFunction(function=lambda context: actions(values_of(context, list(texts))))])
 
@@ -72,8 +77,10 @@ class Playing:
         self._left = count
 
     def on_exit(self, event: ProcessExited, context: LaunchContext) -> list:
-        """The actions when the process that plays a recording exits. Raises BadArgument when it did not exit because it was over: started
-        again, it would play the recording from its beginning."""
+        """The actions when the process that plays a recording exits.
+
+        Raises BadArgument if the recording was not over: a restarted process would play it from the beginning.
+        """
         end_if_wrong(event, context)
         if context.is_shutdown:
             return []
@@ -87,7 +94,7 @@ class Playing:
 def end_if_wrong(event: ProcessExited, context: LaunchContext) -> None:
     """End the launch when a process exits because of a wrong parameter or file. Raises BadArgument, with which launch fails."""
     if event.returncode == EXIT_FAILURE and not context.is_shutdown:
-        raise BadArgument(f'{event.process_name}: what it was given is wrong, see above')
+        raise BadArgument(f'{event.process_name}: a parameter or a file is wrong, see its message above')
 
 
 def processes(plan: SensorPlan, composed: bool, playing: Playing, apart: str = '') -> list[Node]:
@@ -105,16 +112,16 @@ def processes(plan: SensorPlan, composed: bool, playing: Playing, apart: str = '
                      **(driver if name == next(iter(plan.nodes)) else again))
                 for name in plan.nodes if not composed or name == apart]
     if plan.bag:
-        # It does not wait for somebody who works on raw data where that is in one process with the driver and is not seen.
+        # Another node in the driver's process consumes the raw data, so no subscriber is visible and the recorder does not wait for one.
         own = {'bag': plan.bag, **({'patience': 0.0} if composed else {})}
         started.append(Node(package='tactile_bringup', executable='record_node', **given | {'parameters': [plan.params, own]}))
     return started
 
 
-def hand_node(hand: str | Path, publish_frames: bool = True, simulated_joints: bool = False) -> Node:
-    """The process that publishes the frames and the contacts of a hand; hand: its file; the others: parameters of the node."""
+def hand_node(hand: str | Path, **parameters: bool) -> Node:
+    """The process that publishes frames, contacts and the held object of a hand; hand: its file; the others: parameters of the node."""
     return Node(package='tactile_bringup', executable='hand_node', output='screen', **_RESPAWN, on_exit=end_if_wrong,
-                parameters=[{'hand': absolute(hand), 'publish_frames': publish_frames, 'simulated_joints': simulated_joints}])
+                parameters=[{'hand': absolute(hand), **parameters}])
 
 
 def absolute(path: str | Path) -> str:
@@ -130,14 +137,25 @@ def written(name: str, text: str) -> str:
 
 
 def _own_parameters(plan: SensorPlan) -> str:
-    """The path of a parameter file with each node's own; JSON is YAML in which numbers and texts cannot be taken for each other."""
+    """The path of a file with the parameters of each node; JSON is YAML in which numbers and texts are not confused."""
     space = f'/{plan.namespace.strip("/")}'.rstrip('/')
     page = {f'{space}/{name}': {'ros__parameters': own} for name, own in plan.nodes.items() if own}
     return written(f'{plan.frame}_parameters.yaml', json.dumps(page, indent=2, ensure_ascii=False))
 
 
 def sensor_description(sensor_type: str) -> LaunchDescription:
-    """The launch file of a sensor type."""
+    """Make the launch description of a sensor type, which the launch file `TYPE.launch.py` of its package returns.
+
+    Parameters
+    ----------
+    sensor_type : str
+        Name of the type, as its entry point names it.
+
+    Returns
+    -------
+    LaunchDescription
+        Arguments, nodes and processes of the sensor.
+    """
     return description(sensor_arguments(sensor_type), lambda values: sensor_actions(values, sensor_type))
 
 
@@ -155,6 +173,7 @@ def sensor_arguments(sensor_type: str) -> Texts:
                        f'params/{sensor_type}_sim.yaml'),
         'calibration': ('', 'calibration file, as calibrate writes it; empty: what the parameter file says'),
         'rviz': ('false', 'show it in RViz: true or false'),
+        **VIEW,
         'record': ('', 'bag (MCAP) to write; empty: none'),
         'rate': ('', "Hz; file, bag: 0 for as fast as it is consumed; empty: the source's own"),
         'loop': ('', 'file, bag: start again at the end, true or false; empty: what the parameter file says'),
@@ -174,7 +193,7 @@ def sensor_actions(values: Mapping[str, str], sensor_type: str, drawn: Mapping[s
     plan.nodes[kind.view].update(drawn or {})
     own = kind.driver if apart and values['source'] == 'sim' else ''
     return [*processes(plan, _BOOLEANS[values['composed']], Playing(1), own), *([LogInfo(msg=plan.note)] if plan.note else []),
-            *_rviz(values, sensor_type, plan.frame)]
+            *_rviz(values, sensor_type, plan.frame), *rerun_view(values, values['namespace'])]
 
 
 def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
@@ -202,8 +221,8 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
 def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
     """Check the values before any file is read. Raises BadArgument."""
     optional = ('', *_BOOLEANS)
-    check_choices(values, {'source': sources, 'rviz': _BOOLEANS, 'loop': optional, 'stay': optional, 'autostart': optional,
-                           'composed': _BOOLEANS})
+    check_choices(values, {**dict.fromkeys(('rviz', *VIEW), _BOOLEANS), 'source': sources, 'loop': optional, 'stay': optional,
+                           'autostart': optional, 'composed': _BOOLEANS})
     if values['source'] in ('file', 'bag'):
         if not values['path']:
             raise BadArgument(f'source:={values["source"]} needs the recording: path:=...')
@@ -211,13 +230,13 @@ def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
             raise BadArgument(f'path:={values["path"]} does not exist')
     for name in ('params', 'calibration'):
         if values[name] and not Path(values[name]).is_file():
-            raise BadArgument(f'{name}:={values[name]} is no file')
+            raise BadArgument(f'{name}:={values[name]} is not a file')
     if values['record'] and Path(values['record']).exists():
         raise BadArgument(f'record:={values["record"]} exists already: choose another name or remove it')
 
 
 def check_choices(values: Mapping[str, str], choices: Mapping[str, Sequence[str]]) -> None:
-    """Raises BadArgument where the value of an argument is none of its choices."""
+    """Raise BadArgument for a value that is not among the choices of its argument."""
     for name, known in choices.items():
         if values[name] not in known:
             raise BadArgument(f'{name}:={values[name]} is none of {", ".join(filter(None, known))}')
@@ -241,9 +260,9 @@ def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
 def driver_parameters(values: Mapping[str, str], sensor_type: str) -> dict:
     """The driver parameters that the arguments set. Raises BadArgument for a rate that is no number."""
     names = ('source', 'device', 'path', 'topic', 'scene', *SENSOR_TYPES[sensor_type].arguments)
-    chosen = {name: values[name] for name in names if values[name]}
-    chosen.update({name: _BOOLEANS[values[name]] for name in ('loop', 'autostart') if values[name]})
-    return chosen | ({'rate': number(values, 'rate')} if values['rate'] else {})
+    given = {name: values[name] for name in names if values.get(name)}  # the demo has the arguments of a touchpad alone
+    given.update({name: _BOOLEANS[values[name]] for name in ('loop', 'autostart') if values[name]})
+    return given | ({'rate': number(values, 'rate')} if values['rate'] else {})
 
 
 def number(values: Mapping[str, str], name: str) -> float:
@@ -251,7 +270,7 @@ def number(values: Mapping[str, str], name: str) -> float:
     try:
         value = float(values[name])
     except ValueError:
-        raise BadArgument(f'{name}:={values[name]} is no number') from None
+        raise BadArgument(f'{name}:={values[name]} is not a number') from None
     if not 0.0 <= value < math.inf:
         raise BadArgument(f'{name}:={values[name]} must be 0 or more')
     return value
@@ -269,8 +288,11 @@ def _has_contact_model(calibration: str) -> bool:
     """Whether a calibration file has more than a stitching; True for a damaged one too, whose error the node reports."""
     if not calibration:
         return False
-    text = Path(calibration).read_text(errors='replace') if Path(calibration).is_file() else ''
-    return not ('\n  stitching:' in text and '\n  methods:' not in text)
+    try:
+        fitted = yaml.load(Path(calibration).read_text(encoding='utf-8'), getattr(yaml, 'CSafeLoader', yaml.SafeLoader))['fitted']
+        return not ('stitching' in fitted and 'methods' not in fitted)
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
+        return True
 
 
 def parameter_of(params: str, node: str, name: str, default: str = '') -> str:
@@ -290,6 +312,17 @@ def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:
         from ..hand.configurations import moved_file  # imports SciPy, which launch needs for nothing else
         file = written(f'{frame}.rviz', moved_file(sensor_type, namespace, frame))
     return optional('rviz2', 'rviz2', name='rviz2', namespace=values['namespace'], arguments=['-d', file])
+
+
+def rerun_view(values: Mapping[str, str], namespace: str = '') -> list:
+    """Rerun when the argument view or web is true, for the sensor of a namespace, '' for all; without Rerun a note."""
+    if not any(_BOOLEANS[values[name]] for name in VIEW):
+        return []
+    if MISSING:
+        return [LogInfo(msg=f'{MISSING}; everything else is started')]
+    own = ['--namespace', namespace] if namespace else []
+    return [Node(package='tactile_bringup', executable='view', exec_name='view', output='screen',
+                 arguments=[*own, *(['--web'] if _BOOLEANS[values['web']] else [])])]
 
 
 def optional(package: str, executable: str, **how) -> list:

@@ -10,13 +10,14 @@ from launch.actions import Shutdown
 from launch_ros.actions import Node
 
 from tactile_driver.sources.array_file import ARRAY_ENDINGS
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
 from ..parameters.table import VIDEO_RATE
 from .arguments import absolute, check_choices, description, number, parameter_of, sensor_actions, sensor_arguments
 
 #: parameter of the nodes that draw pictures: how often
-_PICTURES = {'markers_node': 'picture_rate', 'taxel_markers_node': 'rate'}
+_PICTURES = {'markers_node': 'picture_rate', 'taxel_markers_node': 'rate', 'surface_markers_node': 'rate',
+             'force_markers_node': 'rate'}
 #: with one source of pictures
 TYPES = tuple(name for name, row in SENSOR_TYPES.items() if row.view in _PICTURES and len(row.raw) == 1)
 _LIVE_S = 25.0

@@ -1,12 +1,15 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated gripper, the driver and perception of its array, and the controller that holds by them."""
+"""The simulated gripper, the drivers and perception of its array and its touchpad, and the controller that holds by them."""
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
+import yaml
 from launch import LaunchDescription
 from launch.actions import RegisterEventHandler
 from launch.event_handlers import OnProcessIO
@@ -16,11 +19,12 @@ from launch_ros.actions import Node
 
 from tactile_driver.errors import BadArgument
 
-from ..grasp.objects import OBJECTS, READY
+from ..grasp.objects import OBJECTS, READY, HeldObject, closing_width
 from ..sensor_files import parameter_file, simulated_calibration
-from .arguments import Texts, check_choices, description, end_if_wrong, sensor_actions, sensor_arguments
+from .arguments import VIEW, Texts, check_choices, description, end_if_wrong, hand_node, number, sensor_actions, sensor_arguments, written
 
-_ARRAY, _BOOLEANS = 'array', ('true', 'false')
+_ARRAY, _TOUCHPAD, _BOOLEANS = 'array', 'touchpad', ('true', 'false')
+_SIMULATED_TIME = {'use_sim_time': True}  # /clock of gripper_node
 
 
 def grasp_description() -> LaunchDescription:
@@ -32,25 +36,65 @@ def grasp_arguments() -> Texts:
     """The arguments of grasp.launch.py."""
     return {'object': ('box', 'what stands between the fingers: ' + ', '.join(OBJECTS)),
             'demo': ('false', 'true: grasp and lift the object at once; false: wait for the services ~/grasp and ~/lift'),
+            'touchpad': ('true', 'whether the right finger has a touchpad; false: the array alone, which takes half the processor'),
+            'speed': ('1.0', 'simulated time in a second of real time: 0.3 for instance where the machine is too slow'),
             'rviz': ('false', 'show the array in RViz: true or false'),
+            **VIEW,
             'record': ('', 'bag (MCAP) of the array to write; empty: none')}
 
 
 def grasp_actions(values: dict[str, str]) -> list:
     """The actions for the values of the arguments. Raises BadArgument."""
-    check_choices(values, {'object': tuple(OBJECTS), 'rviz': _BOOLEANS, 'demo': _BOOLEANS})
+    check_choices(values, {'object': tuple(OBJECTS), **dict.fromkeys(('rviz', 'demo', 'touchpad', *VIEW), _BOOLEANS)})
     if find_spec('mujoco') is None:
         raise BadArgument('the simulated gripper needs MuJoCo, an optional extra: pip install mujoco')
     port = str(Path(launch_config.log_dir, 'array_port'))
     array = {name: default for name, (default, _) in sensor_arguments('taxel_array').items()} | {
-        'namespace': _ARRAY, 'source': 'device', 'device': port, 'params': parameter_file('taxel_array', True),
-        'calibration': simulated_calibration('taxel_array'), 'rviz': values['rviz'], 'record': values['record']}
-    demo = values['demo'] == 'true'
+        'namespace': _ARRAY, 'source': 'device', 'device': port, 'params': _params('taxel_array', _SIMULATED_TIME),
+        'calibration': simulated_calibration('taxel_array'), 'record': values['record'],
+        **{name: values[name] for name in ('rviz', *VIEW)}}
+    demo, has_touchpad = values['demo'] == 'true', values['touchpad'] == 'true'
     own = {'package': 'tactile_bringup', 'output': 'screen', 'on_exit': end_if_wrong}
-    gripper = Node(executable='gripper_node', parameters=[{'object': values['object'], 'port': port, 'lift': demo}], **own)
-    others = [*sensor_actions(array, 'taxel_array'),
-              Node(executable='grip_controller', parameters=[{'sensor': _ARRAY, 'grasp': demo}], **own)]
+    gripper = Node(executable='gripper_node', **own,
+                   parameters=[{'object': values['object'], 'port': port, 'lift': demo, 'speed': number(values, 'speed')}])
+    others = [*sensor_actions(array, 'taxel_array'), *(sensor_actions(_touchpad(), _TOUCHPAD) if has_touchpad else []),
+              hand_node(written('gripper.urdf', _description(OBJECTS[values['object']], has_touchpad)), **_SIMULATED_TIME),
+              Node(executable='grip_controller', **own,
+                   parameters=[_SIMULATED_TIME, {'sensor': _ARRAY, 'shear_sensor': _TOUCHPAD if has_touchpad else '', 'grasp': demo}])]
     return [gripper, RegisterEventHandler(OnProcessIO(target_action=gripper, on_stderr=partial(_when_ready, others)))]
+
+
+def _touchpad() -> dict[str, str]:
+    """The arguments of the touchpad, whose skin is stiffer than that of the simulated one."""
+    from ..grasp.skin import PARAMETERS  # takes a second
+
+    return {name: default for name, (default, _) in sensor_arguments(_TOUCHPAD).items()} | {
+        'namespace': _TOUCHPAD, 'source': 'topics', 'topic': '/gripper_node/touchpad/image_raw',
+        'params': _params(_TOUCHPAD, PARAMETERS | _SIMULATED_TIME)}
+
+
+def _params(sensor_type: str, others: Mapping[str, object]) -> str:
+    """The path of the parameter file of a simulated sensor, with other parameters."""
+    page = yaml.safe_load(Path(parameter_file(sensor_type, True)).read_text())
+    page['/**']['ros__parameters'] |= others
+    return written(f'{sensor_type}_gripper.yaml', yaml.safe_dump(page))
+
+
+def _description(held: HeldObject, has_touchpad: bool) -> str:
+    """The URDF of the gripper: of its links, joints and sensors, not of its shape."""
+    from ..grasp.skin import APEX
+
+    apart, fingers, sensors = closing_width(held), [], [(_ARRAY, 'taxel_array', 'left', 0.0)]
+    if has_touchpad:
+        sensors.append((_TOUCHPAD, 'touchpad', 'right', -APEX))
+    for side, sign, mimic in (('left', -1, ''), ('right', 1, '<mimic joint="left_finger_joint"/>')):
+        fingers.append(f'<link name="{side}_finger"/><joint name="{side}_finger_joint" type="prismatic"><parent link="hand"/>'
+                       f'<child link="{side}_finger"/><origin xyz="{sign * apart} 0 0" rpy="{math.pi / 2} 0 {-sign * math.pi / 2}"/>'
+                       f'<axis xyz="0 0 1"/><limit lower="-0.02" upper="{apart}" effort="40" velocity="0.1"/>{mimic}</joint>')
+    mounted = [f'<link name="{name}"/><joint name="{name}_mounting" type="fixed"><parent link="{side}_finger"/><child link="{name}"/>'
+               f'<origin xyz="0 0 {height}"/></joint><tactile_sensor name="{name}" type="{kind}" link="{name}"/>'
+               for name, kind, side, height in sensors]
+    return '\n'.join(['<robot name="gripper"><link name="hand"/>', *fingers, *mounted, '</robot>'])
 
 
 def _when_ready(others: list, event: ProcessIO) -> list:

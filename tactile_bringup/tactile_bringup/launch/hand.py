@@ -11,12 +11,13 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from tactile_driver.errors import BadArgument, TactileError
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
 from .. import share
 from ..hand.configurations import aggregator_configuration, rviz_configuration, text_parameters
 from ..hand.description import Hand, HandSensor, read_hand
 from .arguments import (
+    VIEW,
     Playing,
     SensorPlan,
     Texts,
@@ -25,13 +26,14 @@ from .arguments import (
     hand_node,
     optional,
     processes,
+    rerun_view,
     sensor_arguments,
     sensor_plan,
     written,
 )
 
 _BOOLEANS = ('true', 'false')
-_CHOICES = {'source': ('sim', 'device', 'bag'), 'composed': _BOOLEANS, 'stay': _BOOLEANS, 'rviz': _BOOLEANS, 'aggregator': _BOOLEANS}
+_CHOICES = {'source': ('sim', 'device', 'bag'), **dict.fromkeys(('composed', 'stay', 'rviz', *VIEW, 'aggregator', 'object'), _BOOLEANS)}
 
 
 def hand_description() -> LaunchDescription:
@@ -52,6 +54,8 @@ def hand_arguments() -> Texts:
         'stay': ('false', 'bag: true keeps the nodes when the recordings are over; false: the launch ends with the last of them'),
         'record': ('', 'folder to write, with one bag (MCAP) of each sensor; empty: none'),
         'rviz': ('false', 'show the hand in RViz: true or false'),
+        **VIEW,
+        'object': ('false', 'follow the held object and publish its frame on /tf: true or false'),
         'aggregator': ('false', 'group /diagnostics by sensors with diagnostic_aggregator: true or false'),
     }
 
@@ -72,7 +76,8 @@ def hand_actions(values: dict[str, str]) -> list:
     playing = Playing(sum(plan.ends for plan in plans.values()))
     return [*(LogInfo(msg=f'{name}: {plan.note}') for name, plan in plans.items() if plan.note),
             *(node for plan in plans.values() for node in processes(plan, values['composed'] == 'true', playing)),
-            *_frames(hand, values), *_shown(hand, values['rviz'] == 'true', values['aggregator'] == 'true')]
+            *_frames(hand, values), *_shown(hand, values['rviz'] == 'true', values['aggregator'] == 'true'),
+            *rerun_view(values)]
 
 
 def _frames(hand: Hand, values: dict[str, str]) -> list:
@@ -81,7 +86,8 @@ def _frames(hand: Hand, values: dict[str, str]) -> list:
         {'robot_description': ParameterValue(hand.robot.text, value_type=str)}]) if hand.robot else []
     has_publisher = any(isinstance(action, Node) for action in state_publisher)
     return [*(state_publisher if has_publisher else ()),
-            hand_node(values['hand'], not has_publisher, hand.robot is not None and values['source'] == 'sim')]
+            hand_node(values['hand'], publish_frames=not has_publisher, object=values['object'] == 'true',
+                      simulated_joints=hand.robot is not None and values['source'] == 'sim')]
 
 
 def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> SensorPlan:
@@ -95,7 +101,8 @@ def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> SensorPlan:
 def sensor_values(sensor: HandSensor, given: dict[str, str]) -> dict[str, str]:
     """The arguments of the sensor's own launch file. Raises BadArgument where a recording has nothing of it."""
     values = dict.fromkeys(sensor_arguments(sensor.type), '') | sensor.settings
-    values.update({name: given[name] for name in ('source', 'autostart', 'composed', 'stay')}, namespace=sensor.name, rviz='false')
+    values.update({name: given[name] for name in ('source', 'autostart', 'composed', 'stay')}, namespace=sensor.name,
+                  **dict.fromkeys(('rviz', *VIEW), 'false'))
     if given['record']:
         values['record'] = str(Path(given['record']).expanduser() / sensor.frame)
     simulated = given['source'] == 'sim'

@@ -9,7 +9,7 @@ from pathlib import Path
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import COMPRESSED
 from tactile_driver.recordings.reader import BagReader, recorded_description
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
 
 def bag_of(recording: str, namespace: str) -> str:
@@ -46,8 +46,8 @@ def recorded_topics(path: str, sensor_type: str, namespace: str, given: Mapping[
         raise BadArgument(f'path:={path} is a recording of {others[0]}, not of {sensor_type}; play it with {others[0]}.launch.py')
     if len(fitting) > 1:
         raise BadArgument(f'path:={path} has several sensors ({", ".join(fitting)}); choose one with namespace:= or topic:=')
-    chosen = {name: prefix + topic for prefix in fitting for name, topic in SENSOR_TYPES[sensor_type].raw.items()}
-    return chosen | given, any(about.get(prefix, {}).get('source') == 'sim' for prefix in fitting)
+    found = {name: prefix + topic for prefix in fitting for name, topic in SENSOR_TYPES[sensor_type].raw.items()}
+    return found | given, any(about.get(prefix, {}).get('source') == 'sim' for prefix in fitting)
 
 
 def _fitting(topics: set[str], raw: Mapping[str, str], given: str, own: str) -> list[str]:

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""calibrate_node: leads through the presses of a sensor with a probe that /tf follows, or the loads of an array, keeps those that count as
-bags, then calibrates."""
+"""calibrate_node: guides the presses of a sensor with a probe whose position is on /tf, or the loads of an array, keeps the valid ones as
+bags, and calibrates."""
 from __future__ import annotations
 
 import shutil
@@ -45,52 +45,54 @@ from tactile_perception.common.geometry import (
     rotation_vector,
     wrench_at,
 )
-from tactile_perception.errors import BadFrame
-from tactile_perception.nodes.messages.conversions import wrench_to_message
-from tactile_perception.parameters.file import read_parameters
-from tactile_perception.sensor_type import SENSOR_TYPES, SensorType
+from tactile_perception.common.messages import wrench_to_message
+from tactile_perception.core.errors import BadFrame
+from tactile_perception.core.parameter_files import read_parameters
+from tactile_perception.core.sensor_type import SENSOR_TYPES, SensorType
 from tactile_perception.tools.calibrate import main as calibrate
 
 from ..guide.loads import Loads
 from ..guide.mounting import Holes, Mounting, Touches, fit_mounting
-from ..guide.readings import moved, place_seen, reduced, signal_of
+from ..guide.readings import image_shift, pressed_position, reduced, signal_of
 from ..guide.session import Press, Sample, Session
 from ..guide.surfaces import MarkedSurface, surface_of
 from ..hand.description import read_hand
 from ..parameters.table import CALIBRATE_PARAMETERS
 
 _LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_LATE_S = 1.0  # chosen: so long an image waits for the probe's place
+_PROBE_DELAY_S = 1.0  # for which an image waits for the position of the probe
 _PERIOD_S = 0.05
-_MOVED = 1 / 300  # of the width of an image: chosen, a quarter of a marker's radius
+_MAX_IMAGE_SHIFT = 1 / 300  # of the width of an image: a quarter of the radius of a marker
 _UNKNOWN, _NOWHERE = np.full(6, np.nan), np.full(3, np.nan)
 
 
 class CalibrateNode(Node):
-    """Records presses; ends itself when all places are pressed or ~/finish is called. bags: of the presses, each with its untouched images
-    first; handled: number of images judged or left out; complete: whether it ended itself. What was recorded for the same output before is
-    kept and counts."""
+    """Records presses, until all positions are pressed or ~/finish is called.
+
+    bags: of the presses, each starts with untouched images; handled: number of images that were judged or left out; complete: whether the
+    session has ended by itself. Presses that were recorded for the same output before are kept and count.
+    """
 
     def __init__(self):
         super().__init__('calibrate_node')
         self._values = values = NodeParameters(self, CALIBRATE_PARAMETERS)
         self._type = read_sensor_type(Path(values['params'])) if values['params'] else ''
         kind = SENSOR_TYPES.get(self._type)
-        told_by = ('wrench', 'weights') if kind and kind.loaded else ('probe', 'holes')
-        missing = [' (or '.join(names) + ')' * (len(names) - 1) for names in (('output',), ('params',), told_by)
+        measured_by = ('wrench', 'weights') if kind and kind.loaded else ('probe', 'holes')
+        missing = [' (or '.join(names) + ')' * (len(names) - 1) for names in (('output',), ('params',), measured_by)
                    if not any(values[name] for name in names)]
         if values.problems or missing:
             raise BadArgument('calibrate_node: ' + ('; '.join(values.problems.values()) or f'parameter {missing[0]} is empty'))
         if kind is None or not (kind.pressed_surface or kind.loaded):
             guided = ', '.join(name for name, row in SENSOR_TYPES.items() if row.pressed_surface or row.loaded)
-            raise BadArgument(f'calibrate_node: {values["params"]} is of a sensor of type {self._type}; guided are {guided}')
+            raise BadArgument(f'calibrate_node: {values["params"]} is of a sensor of type {self._type}; this node guides {guided}')
         self.params, self.output = Path(values['params']), Path(values['output'])
         self._surface = None if kind.loaded else surface_of(self.params, values['tip_radius'])
         self._session = self._made_session(kind)
         self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._log, self._frames = LogOnce(self), FrameTree()
-        self._raw, self._wrenches = deque(), deque()  # raw: [(topic, message)] of one time each, which are not judged yet
-        self._lost_s: dict[str, float] = {}  # since when the probe's place is not known, by the reason
+        self._raw, self._wrenches = deque(), deque()  # raw: [(topic, message)] of one time each, not judged yet
+        self._lost_s: dict[str, float] = {}  # reason -> since when the position of the probe is unknown
         self._infos: dict[str, CameraInfo] = {}
         self._about = String()
         self._views: list[np.ndarray] = []  # of the cameras before the first press
@@ -108,17 +110,17 @@ class CalibrateNode(Node):
 
     @property
     def _guide(self) -> Loads | Session:
-        """What judges the samples now."""
+        """The object that judges the samples now."""
         return self._finding or self._session
 
     @property
     def mounting_file(self) -> Path:
-        """The hand's file with the pose that touches gave."""
+        """The hand file with the pose that the touches determine."""
         return self.output.with_name(f'{self.output.stem}_hand.yaml')
 
     @property
     def sphere(self) -> list[str]:
-        """The arguments of calibrate that tell the probe's tip, which a touchpad wants."""
+        """The arguments of calibrate for the tip of the probe, which a touchpad needs."""
         takes = 'sphere_radius' in SENSOR_TYPES[self._type].calibrate_options
         return ['--sphere-radius', str(self._values['tip_radius'])] if takes else []
 
@@ -134,11 +136,11 @@ class CalibrateNode(Node):
         if not values['holes']:
             return Session(self._surface)
         if len(values['holes']) % 2 or not isinstance(self._surface, MarkedSurface):
-            raise BadArgument('calibrate_node: holes want x and y of each, m, over a sheet, a pad or a dome')
+            raise BadArgument('calibrate_node: give holes as x and y of each, in m, over a sheet, a pad or a dome')
         return Holes(self._surface, np.reshape(values['holes'], (-1, 2)), values['collars'], signal_of)
 
     def _mount(self, mounting: np.ndarray) -> None:
-        """Where the sensor is in the frame `base`, if it is given; else /tf has to tell."""
+        """Set the pose of the sensor in the frame `base`, if it is given; else it comes from /tf."""
         if len(mounting) not in (0, 6):
             raise BadArgument(f'calibrate_node: mounting has {len(mounting)} numbers; give x y z, m, and a rotation vector, rad')
         self._mounting = mounting
@@ -146,11 +148,11 @@ class CalibrateNode(Node):
             self._frames.take(self._values['base'], self._values['frame_id'], quaternion(rotation_matrix(mounting[3:])), mounting[:3])
 
     def _to_find(self) -> Touches | None:
-        """What finds the sensor, if it is to be found and was not found before."""
+        """The touches that find the pose of the sensor; None if that is not wanted or was done before."""
         if not self._values['find']:
             return None
         if self._surface is None or not len(self._mounting):
-            raise BadArgument('calibrate_node: find wants a sensor that a probe presses, and a mounting that was measured by hand')
+            raise BadArgument('calibrate_node: find needs a sensor that a probe presses, and a mounting that was measured by hand')
         if self.mounting_file.exists():
             found = read_hand(self.mounting_file).sensors[0]
             self._mount(np.r_[found.xyz, rotation_vector(matrix_of_quaternion(np.array(found.quaternion)))])
@@ -162,10 +164,10 @@ class CalibrateNode(Node):
         """Touch.seen by the dots of one camera."""
         if list(self._infos) != ['camera_info']:
             return np.full(2, np.nan)
-        return place_seen(self.params, self._infos['camera_info'], [raw[0][1] for raw in untouched[-3:]], touched[0][1])
+        return pressed_position(self.params, self._infos['camera_info'], [raw[0][1] for raw in untouched[-3:]], touched[0][1])
 
     def _found(self, found: Mounting) -> None:
-        """The sensor is where touches have found it: write that as a hand's file, and go on from there."""
+        """Use the pose that the touches determine, and write it as a hand file."""
         turn = rotation_matrix(self._mounting[3:])
         self._mount(np.r_[self._mounting[:3] + turn @ found.origin, rotation_vector(turn @ found.rotation)])
         self._finding = None
@@ -186,8 +188,8 @@ class CalibrateNode(Node):
                     firsts = [next(iter(reader.messages({topic}))) for topic in images]
                     self._views = [reduced(decode(raw.data, raw.type_name)) for raw in firsts]
             found = [touch[0] for touch in touches if touch]
-            places = [[touch.position.x, touch.position.y] for touch in found] or np.zeros((1, 2))
-            self._session.done.append((np.mean(places, axis=0), sorted({round(touch.depth, 5) for touch in found})))
+            positions = [[touch.position.x, touch.position.y] for touch in found] or np.zeros((1, 2))
+            self._session.done.append((np.mean(positions, axis=0), sorted({round(touch.depth, 5) for touch in found})))
         if self.bags:
             self.get_logger().info(f'{len(self.bags)} presses of {self._folder} are kept')
 
@@ -204,8 +206,8 @@ class CalibrateNode(Node):
             self.create_subscription(CameraInfo, topic, lambda message, topic=topic: self._infos.update({topic: message}),
                                      qos_profile_sensor_data)
         self.create_subscription(String, 'description', lambda message: setattr(self, '_about', message), _LATCHED)
-        self.create_subscription(TFMessage, '/tf', lambda message: self._place(message, False), 100)
-        self.create_subscription(TFMessage, '/tf_static', lambda message: self._place(message, True), _LATCHED)
+        self.create_subscription(TFMessage, '/tf', lambda message: self._take_transforms(message, False), 100)
+        self.create_subscription(TFMessage, '/tf_static', lambda message: self._take_transforms(message, True), _LATCHED)
         if self._values['wrench']:
             self.create_subscription(WrenchStamped, self._values['wrench'], self._feel, qos_profile_sensor_data)
 
@@ -218,11 +220,11 @@ class CalibrateNode(Node):
         while (pair := self._pairer.take()) is not None:
             self._raw.append([(f'{name}/image_raw', frame.image) for name, frame in zip(NAMES, (pair.left, pair.right))])
 
-    def _place(self, message: TFMessage, static: bool) -> None:
+    def _take_transforms(self, message: TFMessage, static: bool) -> None:
         for each in message.transforms:
             p, q = each.transform.translation, each.transform.rotation
             if len(self._mounting) and each.child_frame_id.lstrip('/') == self._values['frame_id']:
-                continue  # what is given holds
+                continue  # the given mounting holds
             try:
                 self._frames.take(each.header.frame_id.lstrip('/'), each.child_frame_id.lstrip('/'), np.array([q.x, q.y, q.z, q.w]),
                                   np.array([p.x, p.y, p.z]), *(() if static else (stamp_ns_of(each.header) * 1e-9,)))
@@ -230,8 +232,10 @@ class CalibrateNode(Node):
                 self._log.error('/tf', str(error))
 
     def _pose(self, frame: str, stamp: float) -> Pose | None:
-        """Of a frame in the sensor's at a time, s; None where the transforms do not reach there, yet or any more. Raises LookupError,
-        which lists the known frames, where no chain of transforms joins the two."""
+        """Pose of a frame in the sensor frame at a time, s; None where the transforms do not cover that time.
+
+        Raises LookupError, which lists the known frames, where no chain of transforms joins the two.
+        """
         sensor = self._values['frame_id']
         if self._frames.pose(frame, sensor) is None:
             known = ', '.join(self._frames.frames) or 'none at all'
@@ -247,23 +251,23 @@ class CalibrateNode(Node):
             self._wrenches.popleft()
 
     def _work(self) -> None:
-        """Judge the raw data whose time the probe's transforms have reached."""
+        """Judge the raw data up to the time of the newest transforms."""
         while self._raw:
             stamp, newest = (stamp_ns_of(self._raw[k][0][1].header) * 1e-9 for k in (0, -1))
             try:
                 placed = self._placed(stamp)
             except LookupError as error:
-                self._warn('frames', f'{error}; see the arguments probe, mounting and base', stamp)
+                self._warn('frames', f'{error}; check the arguments probe, mounting and base', stamp)
                 self.handled += len(self._raw)
                 self._raw.clear()
                 return
-            if placed is None and newest - stamp < _LATE_S:
+            if placed is None and newest - stamp < _PROBE_DELAY_S:
                 return
             raw = self._raw.popleft()
             self.handled += 1
             if placed is None:
-                self._warn('probe', f'/tf does not tell where {self._values["probe"] or "the force sensor"} is when the raw data came: '
-                           'it has stopped, or its clock is another one', stamp)
+                self._warn('probe', f'/tf has no pose of {self._values["probe"] or "the force sensor"} at the time of the raw data: '
+                           'it has stopped, or its clock differs', stamp)
                 continue
             for name in self._lost_s:
                 self._log.reset(name)
@@ -274,7 +278,7 @@ class CalibrateNode(Node):
                 self._log.error('image', str(error))
 
     def _placed(self, stamp: float) -> Pose | None:
-        """Where the probe is; of an array where its force sensor is, and somewhere if its loads are weights."""
+        """Pose of the probe, or of the force sensor of an array; any pose where neither is used."""
         if self._values['weights'] or self._values['holes']:
             return np.eye(3), _NOWHERE
         if self._surface is not None:
@@ -282,13 +286,13 @@ class CalibrateNode(Node):
         return self._pose(self._wrenches[-1][3], stamp) if self._wrenches and self._wrenches[-1][0] >= stamp else None
 
     def _warn(self, name: str, text: str, stamp: float) -> None:
-        """Drop the present press; log why, unless it passes at once as while everything starts."""
+        """Drop the present press; log the reason if it lasts, unlike those of the start."""
         self._guide.drop(text)
-        if stamp - self._lost_s.setdefault(name, stamp) > _LATE_S:
+        if stamp - self._lost_s.setdefault(name, stamp) > _PROBE_DELAY_S:
             self._log.error(name, text)
 
     def _wrench_at(self, stamp: float) -> dict:
-        """The fields of a Sample about the wrench; without a topic it never stands still."""
+        """The fields of a Sample about the wrench; without a topic it counts as changing."""
         found, placed = next((each for each in reversed(self._wrenches) if each[0] <= stamp), None), None
         try:
             placed = found and self._pose(found[3], stamp)
@@ -301,47 +305,50 @@ class CalibrateNode(Node):
     def _judge(self, sample: Sample) -> None:
         press, reported = self._guide.add(sample)
         if self._finding is not None:
-            if not self._finding.open_places:
+            if not self._finding.open_positions:
                 self._found(fit_mounting(self._finding.touches, self._surface))
             if reported:
                 self.get_logger().info(f'{reported}. {self._guide.advice}')
             return
         if press is not None and not self._infos.keys() >= set(self._info_topics):
-            press, reported = None, 'dropped: no camera_info has come; calibrate the camera first'
-        if press is not None and (away := self._camera_away(press.rest[0])):
-            press, reported = None, f'dropped: {away}'
+            press, reported = None, 'dropped: no camera_info arrived; calibrate the camera first'
+        if press is not None and (problem := self._camera_problem(press.rest[0])):
+            press, reported = None, f'dropped: {problem}'
         if press is not None:
             self._keep(press)
         if press is not None and self._values['wrench'] and not np.isfinite(press.touched[0].wrench).all():
-            reported += f'; no wrench on {self._values["wrench"]}, so it gives no forces'
+            reported += f'; no wrench on {self._values["wrench"]}, so the press has no forces'
         if reported:
             over = press is not None or reported.startswith('dropped')
             self.get_logger().info(f'{reported}. {self._session.advice}' if over else reported)
-        if press is not None and not self._session.open_places:
+        if press is not None and not self._session.open_positions:
             self._end()
 
-    def _camera_away(self, untouched: Sample) -> str:
-        """Why the cameras are not where they were before the first press; ''."""
+    def _camera_problem(self, untouched: Sample) -> str:
+        """A message if a camera has moved since the first press, or ''."""
         views = [reduced(message) for _, message in untouched.raw if isinstance(message, Image) and self._surface is not None]
         self._views = self._views or views
-        way = max((moved(*pair) for pair in zip(self._views, views)), default=0.0)
-        return f'the camera has moved by {100 * way:.1f} % of its picture; put it back, or begin anew with another output' \
-            if way > _MOVED else ''
+        shift = max((image_shift(*pair) for pair in zip(self._views, views)), default=0.0)
+        return f'the camera has moved by {100 * shift:.1f} % of its image; put it back, or restart with another output' \
+            if shift > _MAX_IMAGE_SHIFT else ''
 
     def _keep(self, press: Press) -> None:
-        """Write a bag under another name first, so that what is there is always whole."""
+        """Keep a press as a bag, which is written under another name first, so that no bag is incomplete."""
         number = 1 + max((int(bag.name.removeprefix('press_')) for bag in self.bags), default=0)
-        fresh = self._folder / 'unfinished'
-        shutil.rmtree(fresh, ignore_errors=True)
+        unfinished = self._folder / 'unfinished'
+        shutil.rmtree(unfinished, ignore_errors=True)
         self._folder.mkdir(parents=True, exist_ok=True)
-        write_messages(fresh, self.get_namespace(), self._messages(press))
-        fresh.rename(self._folder / f'press_{number:03d}')
+        write_messages(unfinished, self.get_namespace(), self._messages(press))
+        unfinished.rename(self._folder / f'press_{number:03d}')
         self._session.keep(press)
         cv2.imwrite(str(self.output.with_name(f'{self.output.stem}_coverage.png')), self._session.picture())
 
     def _messages(self, press: Press):
-        """(stamp in ns, topic, message) of a press. The wrench is that above the untouched one, which is the sensor's own: it is taken off
-        before it gets an arm. A sensor behind the probe feels the reaction, which its sign tells: nothing pulls at a sheet."""
+        """(stamp in ns, topic, message) of a press.
+
+        The untouched wrench is subtracted in the frame of the force sensor. A force sensor behind the probe measures the reaction, which
+        its sign shows: no press pulls at a sheet.
+        """
         tare = np.mean([sample.wrench for sample in press.rest], axis=0)
         pushes = [self._contact(sample)[1] @ sample.to_sensor(sample.wrench - tare)[:3] for sample in press.touched]
         sign, begin = -1.0 if np.mean(pushes) > 0 else 1.0, stamp_ns_of(press.rest[0].raw[0][1].header)
@@ -364,11 +371,11 @@ class CalibrateNode(Node):
                 yield stamp, 'ground_truth/wrench', wrench_to_message(wrench, header)
 
     def _contact(self, sample: Sample) -> tuple[np.ndarray, np.ndarray]:
-        """Position (3,) m and direction (3,) of what presses."""
+        """Position (3,) m and outward direction (3,) of the press."""
         return (_NOWHERE, np.array([0.0, 0.0, 1.0])) if self._surface is None else self._surface.contact(sample.tip)
 
     def _undo(self, _request, answer: Trigger.Response) -> Trigger.Response:
-        """Take the last press, or touch, away."""
+        """Remove the last press, or touch."""
         answer.success = bool(self._guide.done if self._finding else self.bags)
         if answer.success and self._finding:
             self._finding.undo()
@@ -381,13 +388,13 @@ class CalibrateNode(Node):
         return answer
 
     def _next(self, _request, answer: Trigger.Response) -> Trigger.Response:
-        """The next weight lies on."""
+        """The next weight is on the sensor."""
         answer.success, answer.message = True, self._session.next_weight()
         self.get_logger().info(answer.message)
         return answer
 
     def _finish(self, _request, answer: Trigger.Response) -> Trigger.Response:
-        """End with what there is."""
+        """End with the presses recorded so far."""
         answer.success, answer.message = True, f'calibrating with {len(self.bags)} presses'
         self._end()
         return answer
@@ -418,10 +425,10 @@ def _run(args: list[str] | None) -> int:
     code = run_node(make, args)
     if code == 0 and made and made[0].complete:
         node = made[0]
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # run_node's does nothing any more
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # that of run_node has no effect any more
         code = calibrate([*map(str, node.bags), '--params', str(node.params), '--output', str(node.output), *node.sphere])
         if node.mounting_file.exists():
             print(node.mounting_file.read_text(), flush=True)
     elif made:
-        print(f'{len(made[0].bags)} presses are kept; start it again with the same output to go on', flush=True)
+        print(f'{len(made[0].bags)} presses are kept; start it again with the same output to continue', flush=True)
     return code

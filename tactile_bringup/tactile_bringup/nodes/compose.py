@@ -15,8 +15,8 @@ from rclpy.utilities import remove_ros_args
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 from tactile_driver.nodes.runtime.run import exit_process, run_nodes
-from tactile_perception.node import make_node
-from tactile_perception.sensor_type import NODES
+from tactile_perception.core.node import make_node
+from tactile_perception.core.sensor_type import NODES
 
 
 def made(names: Sequence[str]) -> Iterator[Node]:

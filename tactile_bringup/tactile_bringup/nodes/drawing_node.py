@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes that draw for RViz, one for each kind of sensor: markers and pictures on demand, of messages of equal stamp; warnings."""
+"""The nodes that draw for RViz, one for each kind of sensor: markers and pictures of messages with equal stamps, on demand; warnings."""
 from __future__ import annotations
 
 import math
@@ -19,7 +19,7 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from tactile_driver.errors import BadArgument, TactileError
+from tactile_driver.errors import BadArgument, BadFrame, TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns_of, static_transform
 from tactile_driver.nodes.messages.images import grey_to_array, image_to_array
@@ -31,14 +31,32 @@ from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, s
 from tactile_driver.parameters.table import Parameter
 from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import Contacts, DotTracks
-from tactile_perception.nodes.messages.conversions import RESULTS, camera_matrices, check_message, stamp_seconds
-from tactile_perception.work_log import WorkLog
+from tactile_perception.common.messages import POINTS, RESULTS, WITHOUT_SLIP
+from tactile_perception.core.messages import camera_matrices, check_message, stamp_seconds
+from tactile_perception.core.work_log import WorkLog
 
-from ..parameters.table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
-from ..visualization.markers import STALE_S, DotMarkers, FingerMarkers, MarkerSet, TaxelMarkers, positions_of
+from ..parameters.table import (
+    FINGER_MARKERS_PARAMETERS,
+    FORCE_MARKERS_PARAMETERS,
+    MARKERS_PARAMETERS,
+    SURFACE_MARKERS_PARAMETERS,
+    TAXEL_MARKERS_PARAMETERS,
+)
+from ..visualization.markers import (
+    STALE_S,
+    DotMarkers,
+    FingerMarkers,
+    ForceMarkers,
+    MarkerSet,
+    SurfaceMarkers,
+    TaxelMarkers,
+    forces_of,
+    positions_of,
+)
 from ..visualization.pictures import (
     ARRAY_LEGEND,
-    Place,
+    SURFACE_LEGEND,
+    Projection,
     annotate,
     annotation_of,
     array_picture,
@@ -46,63 +64,72 @@ from ..visualization.pictures import (
     finger_picture,
     plane_projection,
     projection,
+    taxels_picture,
 )
 
-_BACK_NS, _SILENT_NS = 1_000_000_000, 2_000_000_000  # chosen
-_MOST_SETS = 30  # that wait; chosen
-_EARLY = 0.75  # of a period: stamps jitter by half a frame where every second one is passed on
+_MAX_LATE_NS, _MAX_GAP_NS = 1_000_000_000, 2_000_000_000  # between stamps of a topic; a larger step back or forward resets
+_MAX_SETS = 30  # incomplete sets that are kept
+_MIN_PERIOD = 0.75  # of the period of the rate: stamps jitter by half a frame
 
 
 class StampSync:
     """Collects messages by stamp and passes on the sets that are complete, and no others.
 
-    done: called with a dict of messages by topic; expected: returns the topics of a complete set; one that had nothing for 2 s of stamps
-    is left out; rate: Hz of stamps at which sets are passed on at most, 0 for all. Sets older than the one passed on are dropped.
+    Sets older than the last one that was passed on are dropped. A topic that has been silent for 2 s of stamps is not waited for.
+
+    Parameters
+    ----------
+    done : callable
+        Called with a dict of messages by topic.
+    expected : callable
+        Returns the topics of a complete set.
+    rate : float
+        Maximum rate of the sets, in Hz of the stamps; 0 for all.
     """
 
     def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], rate: float = 0.0):
-        self._done, self._expected, self._least_ns, self._done_ns = done, expected, _EARLY * 1e9 / rate if rate else 0.0, -math.inf
-        self._begin_anew(0)
+        self._done, self._expected, self._done_ns = done, expected, -math.inf
+        self._min_period_ns = _MIN_PERIOD * 1e9 / rate if rate else 0.0
+        self._reset(0)
 
-    def _begin_anew(self, stamp_ns: int) -> None:
+    def _reset(self, stamp_ns: int) -> None:
         self._sets: dict[int, dict] = {}
         self._begin, self._last = stamp_ns, -1
         self._heard: dict[str, int] = {}  # topic -> its last stamp
 
     def add(self, topic: str, stamp_ns: int, message: object) -> None:
-        """Add one message. A stamp, ns, that goes back by more than 1 s or leaps by 2 s begins anew; other late messages are dropped."""
-        if not self._heard or not -_BACK_NS < stamp_ns - self._heard.get(topic, stamp_ns) < _SILENT_NS:
-            self._begin_anew(stamp_ns)
+        """Add one message. A stamp (ns) that is 1 s earlier or 2 s later than the last one resets; other late messages are dropped."""
+        if not self._heard or not -_MAX_LATE_NS < stamp_ns - self._heard.get(topic, stamp_ns) < _MAX_GAP_NS:
+            self._reset(stamp_ns)
         self._heard[topic] = stamp_ns
         if stamp_ns <= self._last:
             return
         found = self._sets.setdefault(stamp_ns, {})
         found[topic] = message
-        if found.keys() >= {name for name in self._expected() if stamp_ns - self._heard.get(name, self._begin) < _SILENT_NS}:
+        if found.keys() >= {name for name in self._expected() if stamp_ns - self._heard.get(name, self._begin) < _MAX_GAP_NS}:
             self._last = stamp_ns
             self._sets = {stamp: kept for stamp, kept in self._sets.items() if stamp > stamp_ns}
-            if not 0 <= stamp_ns - self._done_ns < self._least_ns:
+            if not 0 <= stamp_ns - self._done_ns < self._min_period_ns:
                 self._done_ns = stamp_ns
                 self._done(found)
-        elif len(self._sets) > _MOST_SETS:
+        elif len(self._sets) > _MAX_SETS:
             del self._sets[min(self._sets)]
 
 
-_WARNED_S = 3.0  # chosen: so long a warning holds, of which nodes report once a second
+_WARNED_S = 3.0  # s that a warning is shown; nodes report it once a second
 _QUEUE = QoSProfile(depth=10)
-_LOOK_S = 0.2  # chosen: interval between two checks for publishers and subscribers
-_PATIENCE_S = 15.0  # chosen: longest wait for those who work on raw data to subscribe to them, which takes long on a busy machine
+_LOOK_S = 0.2  # s between two checks for publishers and subscribers
+_PATIENCE_S = 15.0  # s: maximum wait for the perception node to subscribe to raw data, on a busy machine
 _RAW = 'image_raw'
 
 
 class DrawingNode(Node):
-    """Publishes markers and image_annotated, each while it has subscribers, of messages of one stamp from all topics that come.
+    """Publishes markers and image_annotated of messages with equal stamps, each while it has subscribers.
 
-    Subclasses set self.markers and implement picture; marked, pictured: topic -> type of what markers and pictures show; marker_rate,
-    picture_rate: names of the parameters that tell how often they are drawn at most, by the stamps; '' for each set.
+    Subclasses set self.markers and implement picture. marked, pictured: topic -> type of the messages that markers and pictures show;
+    marker_rate, picture_rate: names of the parameters with their maximum rates, '' for every set.
 
-    What the other nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing
-    else is.
+    A warning of another node in the sensor's namespace on /diagnostics becomes self.markers.warning, which is shown even without results.
 
     table: the node's parameters; host: of the process. Raises BadArgument for an invalid parameter.
     """
@@ -124,7 +151,7 @@ class DrawingNode(Node):
         self.say, self.log, self.guard = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
         self.inputs: dict[str, AdaptiveSubscription] = {}
         self.expected: set[str] = set()
-        self._asked_s = math.nan  # since when somebody looks
+        self._asked_s = math.nan  # s, time since which an output has subscribers
         marker_rate, picture_rate = (self.settings[name] if name else 0.0 for name in (self.marker_rate, self.picture_rate))
         self._marker_sync = StampSync(self._draw_markers, lambda: self.expected & self.marked.keys(), marker_rate)
         self._picture_sync = StampSync(self._draw_picture, lambda: self.expected & self.pictured.keys(), picture_rate)
@@ -143,7 +170,7 @@ class DrawingNode(Node):
 
     @property
     def watched(self) -> bool:
-        """Whether somebody looks at markers or pictures."""
+        """Whether markers or pictures have subscribers."""
         return self.marker_output.get_subscription_count() > 0 or self.picture_output.get_subscription_count() > 0
 
     def follow_demand(self) -> None:
@@ -153,9 +180,9 @@ class DrawingNode(Node):
         self.expected = {topic for topic in wanted if topic == _RAW or self.count_publishers(topic)}
         if math.isnan(self._asked_s):
             self._asked_s = time.monotonic()
-        # Subscribe to raw data after those who work on them: a played recording starts with its first subscriber.
-        worked_on = self.count_subscribers(_RAW) or self.host.has_takers(self, _RAW)
-        if not worked_on and time.monotonic() - self._asked_s < _PATIENCE_S:
+        # Subscribe to raw data after the perception node: a played recording starts with its first subscriber.
+        is_processed = self.count_subscribers(_RAW) or self.host.has_takers(self, _RAW)
+        if not is_processed and time.monotonic() - self._asked_s < _PATIENCE_S:
             wanted.pop(_RAW, None)
         for topic in wanted.keys() - self.inputs.keys():
             self.inputs[topic] = AdaptiveSubscription(self, wanted[topic], topic, partial(self.take, topic), _QUEUE)
@@ -178,13 +205,13 @@ class DrawingNode(Node):
             self._picture_sync.add(topic, stamp_ns, message)
 
     def _draw_markers(self, found: dict) -> None:
-        """Publish the markers of messages by topic; a camera's image is in another frame than results."""
+        """Publish the markers of messages by topic. Their header is that of a result, since a camera's image is in another frame."""
         header = next((message for topic, message in found.items() if topic != _RAW), found.get(_RAW)).header
         self._publish(self.marker_output, header, lambda: self.markers.frame(header, found))
         self._drawn_s = time.monotonic()
 
     def _draw_picture(self, found: dict) -> None:
-        """Publish the picture of messages by topic. One that cannot be drawn is counted and logged once."""
+        """Publish the picture of messages by topic. An error is counted and logged once."""
         if _RAW in self.pictured and _RAW not in found:
             return
         header = (found.get(_RAW) or next(iter(found.values()))).header
@@ -239,8 +266,8 @@ class DrawingNode(Node):
         """The annotated picture (H, W, 3) uint8 BGR of messages by topic. Raises TactileError."""
         raise NotImplementedError
 
-    def publish_place(self, name: str, z: float) -> None:
-        """Publish frame <sensor>_<name> at z, m, in the sensor frame on /tf_static; once for each node."""
+    def publish_frame(self, name: str, z: float) -> None:
+        """Publish the frame <sensor>_<name> at height z (m) over the sensor frame on /tf_static; call it once for each node."""
         frame = self.settings['frame_id']
         transform = static_transform(frame, f'{frame}_{name}', (0.0, 0.0, z), stamp=self.get_clock().now().to_msg())
         self._transform_output = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
@@ -251,23 +278,23 @@ _DOTS = {'dots': DotTracks, **RESULTS}
 
 
 class MarkersNode(DrawingNode):
-    """markers_node, of optical sensors: draws the markers of every stamp, pictures at most at the rate that parameter picture_rate sets.
+    """markers_node, for sensors with dots: draws the markers of every stamp, and pictures at the rate picture_rate at most.
 
-    Publishes a frame on /tf_static, too, by which RViz knows the sensor frame of a sensor whose camera pose is unknown."""
+    It also publishes a frame on /tf_static, so that RViz knows the sensor frame if the pose of the camera is unknown."""
 
     marked, pictured, picture_rate = _DOTS, {**_DOTS, _RAW: Image}, 'picture_rate'
 
     def __init__(self, host: Host | None = None):
         super().__init__('markers_node', MARKERS_PARAMETERS, host)
         self.markers = DotMarkers(self.settings)
-        self.publish_place('markers', 0.0)
-        self._place: Place | None = None
-        self._camera = None  # by camera_info_key
+        self.publish_frame('markers', 0.0)
+        self._project: Projection | None = None
+        self._camera = None  # camera_info_key of its calibration
         self._info: AdaptiveSubscription | None = None
         self._stitching = _stitching_in(self.settings['calibration'])
 
     def follow_demand(self) -> None:
-        """See DrawingNode; with images comes camera_info."""
+        """See DrawingNode. Also subscribe to camera_info while images are subscribed."""
         super().follow_demand()
         if _RAW in self.inputs and self._info is None:
             self._info = AdaptiveSubscription(self, CameraInfo, 'camera_info', self.take_camera_info, LATCHED_QOS)
@@ -277,7 +304,7 @@ class MarkersNode(DrawingNode):
 
     def _add(self, topic: str, stamp_ns: int, message) -> None:
         if topic == 'dots' and len(message.id) and not len(message.x) and 'points' not in self.marked:
-            points = {'points': PointCloud2}  # where the dots of a gel or of pins are
+            points = {'points': PointCloud2}  # they have the positions of the dots of a gel or of pins
             self.marked, self.pictured = self.marked | points, self.pictured | points
         super()._add(topic, stamp_ns, message)
 
@@ -287,28 +314,67 @@ class MarkersNode(DrawingNode):
 
     def _take_camera(self, message: CameraInfo) -> None:
         if self._camera != camera_info_key(message):
-            self._place = projection(camera_matrices(message), self.settings['camera.rotation'], self.settings['camera.translation'],
-                                     self._stitching)
+            self._project = projection(camera_matrices(message), self.settings['camera.rotation'], self.settings['camera.translation'],
+                                       self._stitching)
             self._camera = camera_info_key(message)
 
     def picture(self, found: dict) -> np.ndarray:
         """See DrawingNode."""
-        place = self._place
+        project = self._project
         if {'points', 'dots'} <= found.keys() and len(points := positions_of(found['points'])) == len(found['dots'].id):
-            place = plane_projection(points, np.column_stack([found['dots'].u, found['dots'].v]))
-        return annotate(image_to_array(found[_RAW]), annotation_of(found, place))
+            project = plane_projection(points, np.column_stack([found['dots'].u, found['dots'].v]))
+        return annotate(image_to_array(found[_RAW]), annotation_of(found, project))
 
 
 def _stitching_in(calibration: str) -> Stitching | None:
-    """Stitching of a calibration file; None without one or for a bad file, which the estimating node reports."""
+    """Stitching of a calibration file; None without a file or for an invalid one, which the perception node reports."""
     try:
         return load_stitching(calibration) if calibration else None
     except BadArgument:
         return None
 
 
+class SurfaceMarkersNode(DrawingNode):
+    """surface_markers_node, for a gel whose whole surface is measured: also publishes the frame of its surface on /tf_static."""
+
+    marked = WITHOUT_SLIP
+    pictured = {_RAW: Image, **{topic: kind for topic, kind in WITHOUT_SLIP.items() if topic != 'points'}}
+    marker_rate = picture_rate = 'rate'
+
+    def __init__(self, host: Host | None = None):
+        super().__init__('surface_markers_node', SURFACE_MARKERS_PARAMETERS, host)
+        self.markers = SurfaceMarkers(self.settings)
+        self.publish_frame('surface', 0.0)
+
+    def picture(self, found: dict) -> np.ndarray:
+        """The image with the results."""
+        image, scale = image_to_array(found[_RAW]), self.settings['gel.scale']
+        middle = 0.5 * np.array([image.shape[1] - 1, image.shape[0] - 1])
+        return annotate(image, annotation_of(found, (lambda xyz: xyz[:, :2] / scale + middle) if scale > 0 else None, SURFACE_LEGEND))
+
+
+class ForceMarkersNode(DrawingNode):
+    """force_markers_node, of taxels that measure force vectors: also publishes the frame of its surface on /tf_static."""
+
+    marked = pictured = RESULTS | POINTS
+    marker_rate = picture_rate = 'rate'
+
+    def __init__(self, host: Host | None = None):
+        super().__init__('force_markers_node', FORCE_MARKERS_PARAMETERS, host)
+        self.markers = ForceMarkers(self.settings)
+        self.publish_frame('surface', 0.0)
+
+    def picture(self, found: dict) -> np.ndarray:
+        """The taxels from above in colours, with what was found."""
+        if 'points' not in found:
+            raise BadFrame('points are missing: nothing can be drawn')
+        positions, (forces, pressed) = positions_of(found['points']), forces_of(found['points'])
+        image, project = taxels_picture(positions, forces, pressed, self.settings['full_taxel_force'])
+        return annotate(image, annotation_of(found, project, SURFACE_LEGEND))
+
+
 class FingerMarkersNode(DrawingNode):
-    """finger_markers_node, of a PSD finger: also publishes the frame at its tip on /tf_static."""
+    """finger_markers_node, for a PSD finger: also publishes the frame at its tip on /tf_static."""
 
     marked = pictured = {'contacts': Contacts}
     marker_rate = picture_rate = 'rate'
@@ -316,7 +382,7 @@ class FingerMarkersNode(DrawingNode):
     def __init__(self, host: Host | None = None):
         super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)
         self.markers = FingerMarkers(self.settings)
-        self.publish_place('tip', self.settings['radius'])
+        self.publish_frame('tip', self.settings['radius'])
 
     def picture(self, found: dict) -> np.ndarray:
         """See DrawingNode."""
@@ -324,7 +390,7 @@ class FingerMarkersNode(DrawingNode):
 
 
 class TaxelMarkersNode(DrawingNode):
-    """taxel_markers_node, of an array: also publishes the frame of its taxels on /tf_static."""
+    """taxel_markers_node, for an array: also publishes the frame of its taxels on /tf_static."""
 
     marked = pictured = {_RAW: Image, **RESULTS}
     marker_rate = picture_rate = 'rate'
@@ -332,10 +398,10 @@ class TaxelMarkersNode(DrawingNode):
     def __init__(self, host: Host | None = None):
         super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, host)
         self.markers = TaxelMarkers(self.settings)
-        self.publish_place('taxels', -self.settings['cell_height'])
+        self.publish_frame('taxels', -self.settings['cell_height'])
 
     def picture(self, found: dict) -> np.ndarray:
-        """The taxels in colours, with what was found."""
+        """The taxels as colours, with the results."""
         values, pitch = grey_to_array(found[_RAW], 'taxel image'), self.settings['pitch']
         middle = 0.5 * np.array([values.shape[1] - 1, values.shape[0] - 1])
         what = annotation_of(found, lambda xyz: xyz[:, :2] / pitch + middle, ARRAY_LEGEND, self.settings['flow_scale'])

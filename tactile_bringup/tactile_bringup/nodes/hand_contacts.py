@@ -3,64 +3,42 @@
 """The contacts of all sensors of a hand in its root frame, on /hand/contacts."""
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import copy
-from functools import partial
 
 import numpy as np
 from geometry_msgs.msg import Point, Vector3
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.runtime.host import Host
-from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import Contact, Contacts, HandContacts
 
 from ..hand.description import Hand, HandSensor
 from .hand_joints import JointPositions
+from .hand_publisher import HandPublisher
 
 RATE = 50.0  # Hz at most; a controller's, slower than the fastest sensor
 MAX_AGE_NS = 500_000_000  # an older message of a sensor says nothing about now
 _UNKNOWN_POSE = np.full((3, 3), np.nan), np.full(3, np.nan)
 
 
-class HandContactsPublisher:
-    """Subscribes to the contacts of all sensors while somebody subscribes to /hand/contacts, and publishes them in the hand's root frame.
+class HandContactsPublisher(HandPublisher):
+    """Publishes the contacts of all sensors in the hand's root frame."""
 
-    Parameters
-    ----------
-    node, host : Node, Host
-        Where it runs.
-    hand : Hand
-        The sensors and where they are.
-    positions : JointPositions
-        Of the joints that move sensors.
-    """
+    kind, topic, inputs, depth = HandContacts, '/hand/contacts', {'contacts': Contacts}, 1
 
     def __init__(self, node: Node, host: Host, hand: Hand, positions: JointPositions):
-        self._node, self._host, self._hand, self._positions = node, host, hand, positions
         self._latest: dict[str, Contacts] = {}
         self._is_new = False
-        self._ends: list[Callable[[], None]] = []
-        self._publisher = node.create_publisher(
-            HandContacts, '/hand/contacts', STREAM_QOS,
-            event_callbacks=PublisherEventCallbacks(matched=lambda _info: self._follow_demand()))
+        super().__init__(node, host, hand, positions)
         steady_timer(node, 1.0 / RATE, self._publish)
 
-    def _follow_demand(self) -> None:
-        wanted = self._publisher.get_subscription_count() > 0
-        if wanted and not self._ends:
-            self._ends = [self._host.listen(self._node, Contacts, f'/{sensor.name}/contacts', partial(self._take, sensor.name),
-                                            QoSProfile(depth=1)) for sensor in self._hand.sensors]
-        elif not wanted:
-            for end in self._ends:
-                end()
-            self._ends, self._latest, self._is_new = [], {}, False
+    def _end(self) -> None:
+        self._latest, self._is_new = {}, False
 
-    def _take(self, name: str, message: Contacts, _received_ns: int) -> None:
-        self._latest[name], self._is_new = message, True
+    def _take(self, sensor: HandSensor, message: Contacts, _received_ns: int) -> None:
+        self._latest[sensor.name], self._is_new = message, True
 
     def _publish(self) -> None:
         if not self._is_new:

@@ -30,7 +30,7 @@ class JointPositions:
         self._seen: dict[str, deque[tuple[int, float]]] = defaultdict(deque)
 
     def add(self, message: JointState) -> None:
-        """Keep the finite positions of a message. Time that runs backwards, as a recording played again, starts anew."""
+        """Keep the finite positions of a message. Stamps that go back, as of a recording played again, restart the history."""
         stamp = stamp_ns_of(message.header)
         for name, position in zip(message.name, message.position):
             if math.isfinite(position):

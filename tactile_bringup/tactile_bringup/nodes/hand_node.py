@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""hand_node: the frames of a hand's sensors on /tf and /tf_static, and the contacts of all of them on /hand/contacts."""
+"""hand_node: the frames of a hand's sensors on /tf and /tf_static, the contacts of all of them on /hand/contacts, and the pose of the held
+object on /hand/object."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -24,6 +25,7 @@ from ..hand.description import read_hand
 from ..parameters.table import HAND_PARAMETERS
 from .hand_contacts import HandContactsPublisher
 from .hand_joints import MAX_AGE_NS, TOPIC, JointPositions, SimulatedJoints
+from .hand_object import HandObjectPublisher
 
 
 class HandNode(Node):
@@ -48,6 +50,7 @@ class HandNode(Node):
         if self._publishes:
             self._publish_fixed()
         self._contacts = HandContactsPublisher(self, host, self._hand, self._positions)
+        self._object = HandObjectPublisher(self, host, self._hand, self._positions, settings['object'])
         self._diagnostics = NodeDiagnostics(self, 'hand', self._hand.frame, self._examine)
         guard_services(self)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo, Image, JointState, TimeReference
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2, TimeReference
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -24,15 +24,15 @@ from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, LogOnce,
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from tactile_driver.nodes.runtime.run import process_of
+from tactile_driver.nodes.runtime.run import CLOSES_S, ends_within, process_of
 from tactile_driver.recordings.serialization import type_name_of
 from tactile_driver.recordings.writer import AT_ONCE, BagWriter, recorded_qos
 from tactile_msgs.msg import DotTracks, PsdVoltages
-from tactile_perception.nodes.messages.conversions import RESULTS
+from tactile_perception.common.messages import RESULTS
 
 from ..parameters.table import RECORD_PARAMETERS
 
-_RESERVE = 4 << 20  # bytes, chosen: room for the end of the file and for metadata.yaml
+_RESERVED_BYTES = 4 << 20  # for the end of the file and metadata.yaml
 _RESERVE_NAME = 'reserve'
 
 
@@ -48,7 +48,7 @@ class LiveBag(BagWriter):
     def __enter__(self) -> LiveBag:
         super().__enter__()
         with open(self.path / _RESERVE_NAME, 'wb') as file:
-            os.posix_fallocate(file.fileno(), 0, _RESERVE)
+            os.posix_fallocate(file.fileno(), 0, _RESERVED_BYTES)
         return self
 
     def __exit__(self, *exc) -> None:
@@ -56,16 +56,17 @@ class LiveBag(BagWriter):
         super().__exit__(*exc)
 
 
-RAW = {'voltages': PsdVoltages, RIGHT_TIME: TimeReference, **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
-                                   for topic, kind in (('image_raw', Image), ('camera_info', CameraInfo))}}
+RAW = {'voltages': PsdVoltages, 'taxels': PointCloud2, RIGHT_TIME: TimeReference,
+       **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
+          for topic, kind in (('image_raw', Image), ('camera_info', CameraInfo))}}
 ESTIMATES = {'dots': DotTracks, **RESULTS, **{f'ground_truth/{topic}': kind for topic, kind in TRUTH.items()}}
 PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # no message of a reliable publisher is lost while the disk keeps up
 _LATCHED = QoSProfile(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_DRAIN_S = 5.0  # longest for what waits at the end; chosen: below the 12 s that ending may take
-_IDLE = 10  # callbacks without a message after which nothing waits; chosen: more than the node has timers and events
-_CHECK_S = 0.05  # chosen: interval between two checks for subscribers of raw data
+_MAX_DRAIN_S = 5.0  # for messages that wait at the end: less than the 12 s that ending may take
+_IDLE_CALLBACKS = 10  # without a message, after which none waits: more than the node has timers and events
+_CHECK_S = 0.05  # between two checks for subscribers of raw data
 
 
 class RecordNode(Node):
@@ -87,7 +88,7 @@ class RecordNode(Node):
             self._record(topic, kind)
         self._record('description', String, _LATCHED)
         self._record('/tf_static', TFMessage, _LATCHED)
-        self._record('/tf', TFMessage)  # with the next, by which an array reckons friction and frame of its wrench
+        self._record('/tf', TFMessage)  # by which, with the next, an array computes friction and frame of its wrench
         self._record('/joint_states', JointState)
         # Subscribe to raw data after the perception nodes: a played recording starts with its first subscriber.
         self._waiting = steady_timer(self, _CHECK_S, self._record_raw)
@@ -97,8 +98,8 @@ class RecordNode(Node):
 
     def destroy_node(self) -> None:
         """Write what has arrived, and close the bag, which writes its index."""
-        end, idle = time.monotonic() + _DRAIN_S, 0
-        while self.executor is not None and idle < _IDLE and time.monotonic() < end:
+        end, idle = time.monotonic() + _MAX_DRAIN_S, 0
+        while self.executor is not None and idle < _IDLE_CALLBACKS and time.monotonic() < end:
             known = self.written + self._lost
             self.executor.spin_once(timeout_sec=0.0)
             idle = idle + 1 if self.written + self._lost == known else 0
@@ -109,7 +110,8 @@ class RecordNode(Node):
             except OSError as error:
                 print(f'{self._path}: not closed ({error}); process_bag can read what was written', flush=True)
             print(f'{self._path}: {self.written} messages recorded' + (f', {self._lost} lost' if self._lost else ''), flush=True)
-        super().destroy_node()
+        with ends_within(CLOSES_S):  # the middleware hung here or later, once in 44 ends on a busy machine
+            super().destroy_node()
 
     def _opened(self) -> LiveBag:
         try:
@@ -138,11 +140,11 @@ class RecordNode(Node):
             self._writer.write(topic, type_name, self.get_clock().now().nanoseconds, data)
         except OSError as error:
             self._lost += 1
-            self._problem = f'{topic} could not be recorded: {error}; make room on the disk, it goes on by itself'
+            self._problem = f'{topic} could not be recorded: {error}; make room on the disk; the recording then continues by itself'
             self._log.error('write', self._problem)
             return
         if self._problem:
-            self.get_logger().info(f'recording goes on; {self._lost} messages were lost')
+            self.get_logger().info(f'recording continues; {self._lost} messages were lost')
             self._log.reset('write')
         self.written, self._last_s, self._problem = self.written + 1, time.monotonic(), ''
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""simulated_stage: the tip of a simulated scene as a stage tells it: /tf of its probe, and the wrench that a sensor above it feels."""
+"""simulated_stage: the tip of a simulated scene as a stage reports it: /tf of its probe, and the wrench of a force sensor above it."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,25 +14,27 @@ from tactile_driver.nodes.messages.conversions import static_transform
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.runtime.run import process_of
 from tactile_msgs.msg import Contacts
-from tactile_perception.nodes.messages.conversions import wrench_to_message
+from tactile_perception.common.messages import wrench_to_message
 
 BASE, PROBE, FORCE = 'stage_base', 'stage_tip', 'stage_force'
-#: of the sensor in BASE: position, m, and rotation vector, rad; chosen, so that a frame that is taken for another one is seen
+#: Position, m, and rotation vector, rad, of the sensor in BASE: not 0, so that frames that are confused show
 MOUNTING = (0.30, -0.12, 0.05, 0.02, -0.01, 0.7)
-_FAR, _ABOVE = 0.3, 5e-3  # m, of the tip before the first touch, and while it touches nothing
+_START_HEIGHT, _CLEARANCE = 0.3, 5e-3  # m, of the tip before the first contact, and between contacts
 _FORCE_ABOVE = np.array([0.0, 0.0, 0.08])  # m, of the force sensor above the tip, in the axes of BASE
 _BIAS = np.array([0.4, -0.3, -2.1, 0.01, 0.02, -0.01])  # N, N m: weight of the tool and offset
 _NOISE = np.array([0.01, 0.01, 0.01, 3e-4, 3e-4, 3e-4])  # N, N m: of a small force/torque sensor
 
 
 class SimulatedStage(Node):
-    """Follows ground_truth/tip and ground_truth/wrench; their frame is joined to the stage's by /tf_static. Parameter along_normal: follows
-    the contacts of a finger instead, whose positions are on the untouched surface, and their forces."""
+    """Follows ground_truth/tip and ground_truth/wrench; /tf_static joins their frame to that of the stage.
+
+    With the parameter along_normal it follows the contacts of a finger, whose positions are on the undeformed surface, and their forces.
+    """
 
     def __init__(self):
         super().__init__('simulated_stage')
         self._origin, self._turn = np.array(MOUNTING[:3]), Rotation.from_rotvec(MOUNTING[3:])
-        self._tip, self._out, self._rng = np.array([0.0, 0.0, _FAR]), np.zeros(3), np.random.default_rng(5)
+        self._tip, self._out, self._rng = np.array([0.0, 0.0, _START_HEIGHT]), np.zeros(3), np.random.default_rng(5)
         self._transforms = self.create_publisher(TFMessage, '/tf', 100)
         self._mounted = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._sensor = ''
@@ -45,22 +47,22 @@ class SimulatedStage(Node):
 
     def _follow_tip(self, message: PointStamped) -> None:
         p = message.point
-        if np.isfinite(p.z):  # else it stays where it was, above the skin
+        if np.isfinite(p.z):  # else it remains above the skin
             self._tip = np.array([p.x, p.y, p.z])
-        self._tell(message.header)
+        self._publish_tip(message.header)
 
     def _follow_contact(self, message: Contacts) -> None:
         if message.contacts:
             p, n, depth = message.contacts[0].position, message.contacts[0].normal, message.contacts[0].depth
             outwards = np.array([n.x, n.y, n.z])
-            self._tip, self._out = np.array([p.x, p.y, p.z]) - outwards * depth, outwards * (depth + _ABOVE)
+            self._tip, self._out = np.array([p.x, p.y, p.z]) - outwards * depth, outwards * (depth + _CLEARANCE)
             self._press(wrench_to_message(np.r_[-message.contacts[0].force * outwards, np.zeros(3)], message.header))
-        else:  # it goes back as it came
+        else:  # it retreats along the same path
             self._tip, self._out = self._tip + self._out, np.zeros(3)
-        self._tell(message.header)
+        self._publish_tip(message.header)
 
-    def _tell(self, header: Header) -> None:
-        """Where the tip is."""
+    def _publish_tip(self, header: Header) -> None:
+        """Publish the position of the tip."""
         stamp = header.stamp
         if header.frame_id != self._sensor:
             self._sensor = header.frame_id
@@ -75,8 +77,8 @@ class SimulatedStage(Node):
         f, t = message.wrench.force, message.wrench.torque
         force, torque = self._turn.apply([f.x, f.y, f.z]), self._turn.apply([t.x, t.y, t.z])
         arm = self._turn.apply(self._tip) + _FORCE_ABOVE
-        felt = -np.r_[force, torque - np.cross(arm, force)] + _BIAS + self._rng.normal(size=6) * _NOISE
-        self._forces.publish(wrench_to_message(felt, Header(stamp=message.header.stamp, frame_id=FORCE)))
+        measured = -np.r_[force, torque - np.cross(arm, force)] + _BIAS + self._rng.normal(size=6) * _NOISE
+        self._forces.publish(wrench_to_message(measured, Header(stamp=message.header.stamp, frame_id=FORCE)))
 
 
 main = process_of(SimulatedStage)

@@ -26,7 +26,7 @@ from ..hand.description import read_hand
 
 OK, WARN, ERROR, SILENT = range(4)
 _WORDS = ('ok', 'warning', 'ERROR', 'SILENT')
-_SILENCE_S = 3.5  # chosen: three missed reports (nodes report once a second), plus the delay of a busy machine
+_SILENCE_S = 3.5  # three missed reports (nodes report once a second), and the delay of a busy machine
 _HEADS = ('sensor', 'node', 'state', 'rate Hz', 'latency ms', 'age s', 'dropped', 'lost', '')
 #: Key in /diagnostics and number format. The last _COUNTERS count since the start; the others are current values.
 _NUMBERS = (('rate (Hz)', '.1f'), ('latency (ms)', '.1f'), ('age (s)', '.2f'), ('dropped', '.0f'), ('lost frames', '.0f'))
@@ -46,8 +46,10 @@ class Report:
 
 
 class HandStatus:
-    """The last report of each node, by its sensor and its name. expected: names of sensors that should report; news_s: when a node reported
-    for the first time, the last one."""
+    """The last report of each node, by its sensor and its name.
+
+    expected: names of sensors that should report; news_s: when a node last reported for the first time.
+    """
 
     def __init__(self, expected: Collection[str] = (), now_s: float = 0.0):
         self._expected, self.news_s = tuple(expected), now_s
@@ -111,18 +113,20 @@ def _row(cells: Collection[str]) -> str:
     return f'{sensor:<14} {node:<20} {state:<12}' + ''.join(f'{number:>11}' for number in numbers) + f'  {last}'
 
 
-_PERIOD_S, _LOOK_S = 1.0, 2.5  # chosen; nodes report once a second
+_PERIOD_S, _COMPLETE_S = 1.0, 2.5  # of the table, and without a new node until it is complete; nodes report once a second
 _CLEAR = '\033[2J\033[H'
 
 
 def _watch(executor: SingleThreadedExecutor, status: HandStatus, once: bool, patience_s: float) -> int:
-    """Print the table every second until interrupted; with once, print it when all nodes have reported, which is when no new one has for
-    2.5 s, and return the exit code."""
+    """Print the table every second until interrupted; with once, print it when no new node has reported for 2.5 s.
+
+    Returns the exit code.
+    """
     begin = shown = time.monotonic()
     while True:
         executor.spin_once(timeout_sec=0.1)
         now = time.monotonic()
-        complete = status.reports and not status.missing and now - status.news_s > _LOOK_S
+        complete = status.reports and not status.missing and now - status.news_s > _COMPLETE_S
         if once and (complete or now - begin > patience_s):
             print(status.text(now), end='')
             return min(status.faulty(now), 1)

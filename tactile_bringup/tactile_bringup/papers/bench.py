@@ -11,14 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.evaluation.evaluation import Instant
-from tactile_perception.parameters.file import write_parameters
 from tactile_perception.tools.judged_bag import JudgedBag
 
 from .. import share
 from ..simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from .figures import OURS, PUBLISHED, Picture
 
+CAUSES = '; '  # between the causes of one row
 MAX_RATIO = 1.5  # of the published method's error here to the error in the paper, above which a table names the cause
 
 Method = tuple[Path, Path | None]  # parameter file, calibration file
@@ -53,28 +54,38 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """One experiment.
+    """One experiment, under one condition.
 
     title : of the experiment, with the paper's figures or tables.
     rows : its figures.
-    note : conditions that a reader has to know.
+    note : what a reader has to know.
     pictures : the experiment's figures, as the paper draws them.
+    condition : of those in which the experiment is made; tables of one title have the same rows, and are printed as one.
     """
 
     title: str
     rows: Sequence[Row]
     note: str = ''
     pictures: tuple[Picture, ...] = ()
+    condition: str = ''
 
     def lines(self) -> list[str]:
-        """The table in Markdown, without the columns in which no row has anything."""
-        columns = [['', *(f'{row.name}, {row.unit}' if row.unit else row.name for row in self.rows)],
-                   ['paper', *(row.reported or '-' for row in self.rows)],
-                   [PUBLISHED, *(_number(row.published) for row in self.rows)],
-                   [OURS, *(_number(row.ours) for row in self.rows)],
-                   ['cause', *(row.cause for row in self.rows)]]
-        shown = [columns[0], *(column for column in columns[1:] if any(cell not in ('', '-') for cell in column[1:]))]
-        return _markdown(self.title, list(zip(*shown)))
+        """The table in Markdown."""
+        return lines_of([self])
+
+
+def lines_of(tables: Sequence[Table]) -> list[str]:
+    """One table in Markdown of those of one title, without the columns in which no row has anything. Of each row it has what any of them
+    has: what the paper reports, and causes."""
+    rows, each = tables[0].rows, list(zip(*(table.rows for table in tables)))
+    columns = [['', *(f'{row.name}, {row.unit}' if row.unit else row.name for row in rows)],
+               ['paper', *(next(filter(None, (row.reported for row in same)), '-') for same in each)]]
+    for table in tables:
+        names = (f'{method}, {table.condition}' if table.condition else method for method in (PUBLISHED, OURS))
+        columns += ([name, *map(_number, numbers)] for name, *numbers in zip(names, *((row.published, row.ours) for row in table.rows)))
+    columns.append(['cause', *(CAUSES.join(dict.fromkeys(row.cause for row in same if row.cause)) for same in each)])
+    shown = [columns[0], *(column for column in columns[1:] if any(cell not in ('', '-') for cell in column[1:]))]
+    return _markdown(tables[0].title, list(zip(*shown)))
 
 
 @dataclass(frozen=True)
@@ -113,9 +124,9 @@ def unexplained(tables: Sequence[Table], causes: Sequence[str]) -> list[str]:
     found = []
     for table in tables:
         for row in table.rows:
-            if row.cause and row.cause not in causes:
-                found.append(f'{table.title}: {row.name}: nothing shows the cause {row.cause!r}')
-            elif row.needs_cause and not row.cause:
+            found += [f'{table.title}: {row.name}: nothing shows the cause {cause!r}' for cause in row.cause.split(CAUSES)
+                      if row.cause and cause not in causes]
+            if row.needs_cause and not row.cause:
                 found.append(f'{table.title}: {row.name}: {_number(row.published)} {row.unit} where the paper reports {row.reported}, '
                              'and no cause is named')
     return found

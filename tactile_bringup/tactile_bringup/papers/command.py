@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import resource
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -24,12 +25,12 @@ from tactile_driver.errors import reports_errors
 from tactile_perception.common.progress import in_parallel
 
 from . import dome, finger, sheet_causes, sheets, taxels, touchpad, wrench
-from .bench import Bench, Detail, Table
+from .bench import Bench, Detail, Table, lines_of
 
 #: Paper -> its experiments, and what shows the causes of their figures.
 EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
     'areal_sensor_contact_position': (sheets.one_camera, sheets.two_cameras),
-    'air_cushion_contact': (dome.zones,),
+    'air_cushion_contact': (dome.near_zones, dome.zones),
     'psd_finger': (finger.static, finger.dynamic),
     'touchpad_contact_region': (touchpad.presses,),
     'taxel_array_image_processing': (taxels.localization, taxels.shapes, wrench.wrenches),
@@ -45,8 +46,10 @@ DETAILS: dict[str, tuple[Callable[[Bench], Iterator[Detail]], ...]] = {
 
 def run(names: list[str], bench: Bench, details: bool = False) -> dict[str, list[Table | Detail]]:
     """Paper -> tables of its experiments, or of its details, made on all cores."""
-    jobs = [(name, one) for name in names for one in (DETAILS if details else EXPERIMENTS)[name]]
-    made = in_parallel(partial(_made, bench, time.monotonic()), jobs, 'experiments')
+    jobs, begin = [(name, one) for name in names for one in (DETAILS if details else EXPERIMENTS)[name]], time.monotonic()
+    made = in_parallel(partial(_made, bench, begin), jobs, 'experiments')
+    used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    _tell(begin, f'all done, in {sum(one.ru_utime + one.ru_stime for one in used):.0f} s of processor time')
     return {name: [table for job, tables in zip(jobs, made) if job[0] == name for table in tables] for name in names}
 
 
@@ -58,7 +61,7 @@ def _made(bench: Bench, begin: float, job: tuple[str, Callable[[Bench], Iterator
     with open(os.devnull, 'w') as nowhere, contextlib.redirect_stderr(nowhere):
         for table in experiment(bench):
             tables.append(table)
-            _tell(begin, f'{name}: {table.title} is done')
+            _tell(begin, f'{name}: {table.title}{getattr(table, "condition", "") and f", {table.condition}"} is done')
     return tables
 
 
@@ -71,9 +74,11 @@ def report(tables: dict[str, list[Table | Detail]]) -> str:
     lines = []
     for name, some in tables.items():
         lines += [f'## {name}', '']
-        for table, following in zip(some, [*some[1:], None]):
-            lines += table.lines()
-            if table.note and (following is None or following.note != table.note):  # consecutive tables share a note
+        groups = [[one for one in some if one.title == title] for title in dict.fromkeys(one.title for one in some)]
+        for group, following in zip(groups, [*groups[1:], None]):
+            table = group[0]
+            lines += lines_of(group) if isinstance(table, Table) else table.lines()
+            if table.note and (following is None or following[0].note != table.note):  # consecutive tables share a note
                 lines += [table.note, '']
     return '\n'.join(lines)
 

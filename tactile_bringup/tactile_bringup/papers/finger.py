@@ -118,10 +118,16 @@ def _draw_positions(methods: list[list[PressedPosition]], figure) -> None:
 
 
 def _draw_over_polar(ordinate: str, what: str, methods: list[list[PressedPosition]], figure) -> None:
+    """A line a meridian, as the paper draws them; the pole belongs to all."""
     axis = figure.subplots()
     for name, positions in zip((PUBLISHED, OURS), methods):
-        axis.plot([one.polar for one in positions], [getattr(one, what) for one in positions], _MARKERS[name], color=COLOURS[name],
-                  fillstyle='none', label=name)
+        meridians: dict[float, list[PressedPosition]] = {}
+        for one in sorted(positions, key=lambda one: one.polar):
+            meridians.setdefault(0.0 if one.polar < 1 else np.round(_polar(one.true)[0], 2), []).append(one)
+        pole = meridians.pop(0.0, [])
+        for some in [pole + some for some in meridians.values()] or [pole]:
+            axis.plot([one.polar for one in some], [getattr(one, what) for one in some], f'{_MARKERS[name]}-', color=COLOURS[name],
+                      fillstyle='none', linewidth=0.5, label=name)
     axis.set(xlabel='distance of the specified position from the pole, degrees', ylabel=ordinate)
     axis.set_ylim(bottom=0)
     legend_of(figure, [axis])
@@ -170,9 +176,9 @@ def dynamic(bench: Bench) -> Iterator[Table]:
                  ('contacts that are none', ''))
         rows = [Row(*name, '', *pair, cause=FALSE_CONTACTS if k == 3 else '')
                 for k, (name, *pair) in enumerate(zip(names, *(_delays(evaluation) for evaluation in evaluations)))]
-        yield Table(f'Contacts of {what}: fig 11 ({letter})', rows, 'The paper reports "without significant delay", and a plot.',
+        yield Table('Contacts: fig 11', rows, 'The paper reports "without significant delay", and a plot.',
                     (Picture(f'fig_11{letter}', f'Sum of the outputs in contacts of {what}: fig 11 ({letter})',
-                             partial(_draw_contacts, _light(bag), seen), (9.0, 5.0)),))
+                             partial(_draw_contacts, _light(bag), seen), (9.0, 5.0)),), what)
 
 
 def _tapped(bench: Bench, bag: Path, method: Method) -> tuple[Evaluation, np.ndarray]:

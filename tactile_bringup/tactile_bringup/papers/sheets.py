@@ -10,13 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
-from tactile_perception.calibration.files.format import read_calibration, write_calibration
+from tactile_perception.core.calibration_file import read_calibration, write_calibration
 from tactile_perception.press.calibration import REST
+from tactile_perception.press.presses import Presses
 from tactile_perception.press.tools import PressReader, calibrate_markers, read_plate
 from tactile_perception.published.areal_sensor_contact_position import Cubics, area_and_shift
 
@@ -30,7 +32,7 @@ PX_PER_MM = 10.0    # of the paper with two cameras: "assuming that the coordina
 MODEL = MappingProxyType({'touch': 'model'})
 PAPER = MappingProxyType({'touch': 'paper', 'detection': 'paper_areal', 'numbering': 'paper', 'stitching': 'middle'})
 #: Causes, which details show.
-VIEWS, DENT = 'joint and tilt', 'shape of the dent'
+VIEWS, DENT, STRETCHED = 'joint and tilt', 'shape of the dent', 'model of a stretched skin'
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,12 @@ def presses(bench: Bench, bag: Path, *methods: Method) -> list[Press]:
     """All frames of a bag in which a tip presses."""
     return [Press(stamp, location(true.contacts), tuple(location(estimate.contacts) for estimate in estimates))
             for stamp, true, estimates in bench.compare(bag, *methods) if is_pressed(true)]
+
+
+def estimated(method, seen: Presses) -> list[Press]:
+    """What a method finds in the frames with contact of presses that are read already."""
+    return [Press(float(k), np.append(seen.position[k], seen.depth[k]), (location(method.estimate(seen.fields[k])),))
+            for k in np.flatnonzero(seen.touching)]
 
 
 def is_pressed(truth) -> bool:
@@ -117,14 +125,15 @@ DUAL = {'areal_dual_paper': 'thick skin', 'areal_dual': 'stretching skin'}
 def one_camera(bench: Bench) -> Iterator[Table]:
     """Table 1: three positions, each pressed three times; the Kalman filter."""
     sensor = 'areal_single'
+    size = _sheet_size(bench, sensor)
     for prefix, what in SINGLE.items():
         methods = published(bench, sensor, prefix), ours(bench, sensor, prefix)
         found = presses(bench, bench.bag(sensor, f'{prefix}_table_1', RATE), *methods)
-        pictures = [Picture(f'fig_14_{prefix}', f'Contact positions, one camera, {what} (fig 14)', partial(_draw_positions, found))]
+        pictures = [Picture(f'fig_14_{prefix}', f'Contact positions, one camera, {what} (fig 14)', partial(_draw_positions, found, size))]
         if prefix != sensor:
             pictures.append(_polynomials(bench, sensor, prefix))
-        yield Table(f'One camera, {what}: table 1', _rows(found, ('1.675', '0.84')),
-                    'Three positions and depths (10, 7, 13 mm), three times each.', tuple(pictures))
+        yield Table('One camera: table 1', _rows(found, ('1.675', '0.84')),
+                    'Three positions and depths (10, 7, 13 mm), three times each.', tuple(pictures), what)
     yield _filtered(bench)
 
 
@@ -145,22 +154,24 @@ def _filtered(bench: Bench) -> Table:
 def two_cameras(bench: Bench) -> Iterator[Table]:
     """Tables 2 and 3: nine positions at 1, 2, 3 mm; table 4: paths of known length."""
     sensor = 'areal_dual'
+    size = _sheet_size(bench, sensor)
     for prefix, what in DUAL.items():
         methods = published(bench, sensor, prefix), ours(bench, sensor, prefix)
         is_thin = prefix == sensor
         found = presses(bench, bench.bag(sensor, f'{prefix}_table_2', RATE), *methods)
-        yield Table(f'Two cameras, {what}: tables 2 and 3',
+        yield Table('Two cameras: tables 2 and 3',
                     _rows(found, ('0.63', '0.06'), (DENT if is_thin else VIEWS, DENT)),
                     f'Nine positions at depths of 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.',
-                    (Picture(f'fig_16_{prefix}', f'Contact positions, two cameras, {what} (fig 16)', partial(_draw_positions, found)),))
+                    (Picture(f'fig_16_{prefix}', f'Contact positions, two cameras, {what} (fig 16)',
+                             partial(_draw_positions, found, size)),), what)
         found = presses(bench, bench.bag(sensor, f'{prefix}_table_4', RATE), *methods)
         over = [ratios(found, k) for k in (0, 1)]
-        yield Table(f'Two cameras, {what}: table 4', [
+        yield Table('Two cameras: table 4', [
             Row('reported over true displacement, mean', '', '1.03', *map(mean, over), ideal=1.0, cause=DENT if is_thin else ''),
             Row('its standard deviation', '', '0.053', *(float(np.nanstd(one)) if np.isfinite(one).any() else np.nan for one in over),
                 cause=VIEWS if is_thin else '')],
             f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.',
-            (Picture(f'fig_17_{prefix}', f'Paths, two cameras, {what} (fig 17)', partial(_draw_paths, found), (9.0, 6.5)),))
+            (Picture(f'fig_17_{prefix}', f'Paths, two cameras, {what} (fig 17)', partial(_draw_paths, found, size), (9.0, 6.5)),), what)
 
 
 PATHS = ((0, 1), (2, 3), (4, 5), (6, 7, 8))  # numbers of the presses on each path of table 4
@@ -172,20 +183,31 @@ def ratios(found: Sequence[Press], method: int) -> np.ndarray:
     return np.abs([(found[b].found[method] - found[a].found[method])[:2] / (found[b].true - found[a].true)[:2] for a, b in legs]).ravel()
 
 
-def _draw_positions(found: Sequence[Press], figure) -> None:
-    """The sheet seen from above: where the tip is, and where each method reports it."""
+def _draw_positions(found: Sequence[Press], size: tuple[float, float], figure) -> None:
+    """The sheet of a size, m, seen from above: where the tip is, and where each method reports it."""
     axis = figure.subplots()
     for name, positions, marker in ((TRUTH, [press.true for press in found], 'o'), (PUBLISHED, [press.found[0] for press in found], 'x'),
                                  (OURS, [press.found[1] for press in found], '+')):
         x, y = 1e3 * np.array(positions).reshape(-1, 4).T[:2]
         axis.plot(x, y, marker, color=COLOURS[name], fillstyle='none', markersize=9 if name == TRUTH else 7, label=name)
-    axis.set(xlabel='x, mm', ylabel='y, mm', aspect='equal')
     axis.grid(linewidth=0.3)
+    _show_sheet(axis, size)
     legend_of(figure, [axis])
 
 
-def _draw_paths(found: Sequence[Press], figure) -> None:
-    """A panel a path: from press to press."""
+def _sheet_size(bench: Bench, sensor: str) -> tuple[float, float]:
+    """Width and height, m."""
+    return PressReader(bench.params(sensor, MODEL), '').sensor.size
+
+
+def _show_sheet(axis, size: tuple[float, float]) -> None:
+    """Axes as large as the sheet, mm; size: m."""
+    x, y = 500 * size[0], 500 * size[1]
+    axis.set(xlabel='x, mm', ylabel='y, mm', xlim=(-x, x), ylim=(-y, y), aspect='equal')
+
+
+def _draw_paths(found: Sequence[Press], size: tuple[float, float], figure) -> None:
+    """A panel a path, from press to press, with the order of the presses and the true distances along x and y, mm."""
     axes = figure.subplots(2, 2).ravel()
     for axis, path, letter in zip(axes, PATHS, 'abcd'):
         some = [found[k] for k in path if k < len(found)]
@@ -194,7 +216,11 @@ def _draw_paths(found: Sequence[Press], figure) -> None:
             x, y = 1e3 * np.array(positions).reshape(-1, 4).T[:2]
             axis.plot(x, y, 'o--', color=COLOURS[name], fillstyle='none', linewidth=3.0 if name == TRUTH else 1.0,
                       markersize=10 if name == TRUTH else 6, label=name)
-        axis.set(xlabel='x, mm', ylabel='y, mm', title=f'({letter})', xlim=(-66.5, 66.5), ylim=(-45.5, 45.5), aspect='equal')
+        for number, press in enumerate(some, 1):
+            axis.annotate(f'{number}', 1e3 * press.true[:2], (7, 7), textcoords='offset points')
+        legs = (1e3 * (b.true - a.true) for a, b in pairwise(some))
+        axis.set_title(f'({letter}) {", then ".join(f"x {x:+.0f}, y {y:+.0f} mm" for x, y, *_ in legs)}', fontsize='small')
+        _show_sheet(axis, size)
     legend_of(figure, axes)
 
 

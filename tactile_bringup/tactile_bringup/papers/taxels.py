@@ -49,14 +49,14 @@ def localization(bench: Bench) -> Iterator[Table]:
             if true.slip is not None and true.slip.state:
                 slips.append((stamp, true.slip, tuple(_slipping(estimate.slip, true.slip) for estimate in estimates)))
         poses = [np.array(some).reshape(-1, 7) for some in rows]
-        yield Table(f'A bar is {what}: fig 3', _pose_rows(poses), 'Frames that both methods report. The paper shows a plot.',
-                    (Picture(f'fig_3_{what}', f'A bar is {what}: fig 3', partial(draw_curves, _pose_curves(poses)), (9.0, 6.5)),))
+        yield Table('A bar: fig 3', _pose_rows(poses), 'Frames that both methods report. The paper shows a plot.',
+                    (Picture(f'fig_3_{what}', f'A bar is {what}: fig 3', partial(draw_curves, _pose_curves(poses)), (9.0, 6.5)),), what)
         tracks = [_tracks([points[k] for *_, points in slips], [true for _, true, _ in slips]) for k in range(2)]
-        yield Table(f'Points on a bar that is {what}: fig 5', [*_slip_rows([points for *_, points in slips]), *_track_rows(tracks)],
+        yield Table('Points on a bar: fig 5', [*_slip_rows([points for *_, points in slips]), *_track_rows(tracks)],
                     'Corners in the paper, taxels in ours. Velocities of frames in which both methods report points. A track follows a '
                     'point from frame to frame; its displacement is that while the bar slips. The paper shows a picture.',
                     (Picture(f'fig_5_{what}', f'Tracks of points on a bar that is {what}: fig 5',
-                             partial(_draw_tracks, _image(bag, slips[-1][0]) if slips else None, tracks), (10.0, 5.6)),))
+                             partial(_draw_tracks, _image(bag, slips[-1][0]) if slips else None, tracks), (10.0, 5.6)),), what)
 
 
 def _pose(estimate: ContactRegionEstimate | None, true: ContactRegionEstimate) -> tuple[float, ...]:

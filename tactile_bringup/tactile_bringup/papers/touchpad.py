@@ -57,9 +57,9 @@ def presses(bench: Bench) -> Iterator[Table]:
                 frames[k].append(None if estimate.region is None else Dots(_touching(true.region), _touching(estimate.region)))
                 counts[k].append((*_count(frames[k][-1]), *_motion(estimate.region, truth, stamp)))
         rows = [np.array(some).reshape(-1, 6) for some in counts]
-        yield Table(f'{tool}: fig {fig}', _rows(rows, BESIDE),
+        yield Table('Contact region: figs 8 to 10', _rows(rows, BESIDE),
                     'Mean numbers of dots over the frames until the release that both methods report. Deepest: mean of the frames in which '
-                    'a method has the most true positives.', _pictures(tool, fig, frames, rows))
+                    'a method has the most true positives.', _pictures(tool, fig, frames, rows), tool)
 
 
 def _touching(region: ContactRegionEstimate) -> frozenset[int]:

@@ -57,11 +57,11 @@ def _table(name: str, what: str, truth: np.ndarray, methods: list[np.ndarray]) -
     curves = tuple(Curves(f'{component}, {unit}', 'time, s', {TRUTH: (truth[:, 0], truth[:, k + 1])} | {
         method: (truth[:, 0], found[:, k]) for method, found in zip((PUBLISHED, OURS), methods)}) for k, (component, unit) in
         enumerate(_COMPONENTS))
-    return Table(f'The wrench of a bar {what}: fig 8', rows,
+    return Table('The wrench of a bar: fig 8', rows,
                  'The bar weighs 3 N, its centre of mass lies 6 mm from the middle of the face. The wrench is that at the force/torque '
                  'sensor {S}, 38 mm behind the pad, and turned. Its method takes the depth from the opening of the gripper. Ours takes the '
                  'force from calibrated pressure, and knows the centre of mass, for which eqs 6 to 9 have no use. The paper shows a plot.',
-                 (Picture(f'fig_8_{name}', f'The wrench of a bar {what}: fig 8', partial(draw_curves, curves), (11.0, 6.5)),))
+                 (Picture(f'fig_8_{name}', f'The wrench of a bar {what}: fig 8', partial(draw_curves, curves), (11.0, 6.5)),), name)
 
 
 def _methods(bench: Bench, scene: HeldScene) -> list[Method]:

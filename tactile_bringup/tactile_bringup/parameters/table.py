@@ -60,6 +60,30 @@ FINGER_MARKERS_PARAMETERS = (
     *_TEXT,
 )
 
+SURFACE_MARKERS_PARAMETERS = (
+    Parameter('frame_id', str, 'photometric_gel', '', 'the sensor frame; /tf_static has the position of the surface', read_only=True),
+    Parameter('gel.scale', float, 0.0, 'm', 'length on the gel that one pixel of the image shows', 0.0, 0.1, read_only=True),
+    Parameter('dot_size', float, 0.0004, 'm', 'diameter of a point of the surface; lines and arrows are in proportion', 1e-5, 1.0,
+              read_only=True),
+    Parameter('full_depth', float, 0.001, 'm', 'depth where the colour scale ends', 1e-5, 1.0, read_only=True),
+    Parameter('normal_length', float, 0.004, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
+    *_arrows(0.009, 10.0, 0.03, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'maximum rate of markers and images, by the stamps', 0.1, 1000.0, read_only=True),
+    *_TEXT,
+)
+
+FORCE_MARKERS_PARAMETERS = (
+    Parameter('frame_id', str, 'force_taxels', '', 'the sensor frame; /tf_static has it as the position of the surface', read_only=True),
+    Parameter('dot_size', float, 0.0012, 'm', 'diameter of a taxel among the markers; lines and arrows are in proportion', 1e-5, 1.0,
+              read_only=True),
+    Parameter('full_taxel_force', float, 1.0, 'N', "force of one taxel whose line has its full length, and where the colour scale ends",
+              1e-6, 1e6, read_only=True),
+    Parameter('normal_length', float, 0.004, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
+    *_arrows(0.009, 10.0, 0.03, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'maximum rate of markers and images, by the stamps', 0.1, 1000.0, read_only=True),
+    *_TEXT,
+)
+
 TAXEL_MARKERS_PARAMETERS = (
     Parameter('frame_id', str, 'taxel_array', '', 'the sensor frame; /tf_static has the position of the taxels', read_only=True),
     Parameter('pitch', float, 0.001, 'm', 'distance of neighbouring taxels; lines and arrows are in proportion', 1e-5, 0.1, read_only=True),
@@ -102,6 +126,8 @@ HAND_PARAMETERS = (
               read_only=True),
     Parameter('simulated_joints', bool, False, '', 'URDF: move all joints slowly on /joint_states while no other node does',
               read_only=True),
+    Parameter('object', bool, False, '', 'follow the held object and publish its frame on /tf without a subscriber of /hand/object, too',
+              read_only=True),
 )
 
 GRIPPER_PARAMETERS = (
@@ -109,11 +135,17 @@ GRIPPER_PARAMETERS = (
     Parameter('port', str, 'gripper_array_port', '', 'symbolic link to the pseudo-terminal of the array: what its driver opens as device',
               read_only=True),
     Parameter('lift', bool, False, '', 'lift the object by itself half a second after both pads touch it', read_only=True),
-    Parameter('seed', int, 0, '', "of the array's noise and irregularities", 0, 2**31 - 1, read_only=True),
+    Parameter('speed', float, 1.0, '', 'simulated time in a second of real time; less than 1 where perception is too slow', 0.01, 1.0,
+              read_only=True),
+    Parameter('touchpad_rate', float, 20.0, 'Hz', 'images of the touchpad on the right finger; a slow machine draws fewer', 1.0, 100.0,
+              read_only=True),
+    Parameter('seed', int, 0, '', 'of the noise and irregularities of array and touchpad', 0, 2**31 - 1, read_only=True),
 )
 
 GRIP_PARAMETERS = (
     Parameter('sensor', str, 'array', '', 'namespace of the sensor whose slip and contacts decide', read_only=True),
+    Parameter('shear_sensor', str, '', '', 'namespace of a sensor whose wrench has the shear, such as a touchpad; empty: none. '
+              'Friction and load follow from it', read_only=True),
     Parameter('autostart', bool, True, '', 'configure and activate at the start; false: wait for the lifecycle services', read_only=True),
     Parameter('grasp', bool, False, '', 'grasp by itself as soon as the sensor reports', read_only=True),
     Parameter('open_gap', float, 0.1, 'm', 'gap between the fingers that `release` commands', 0.0, 1.0),
@@ -123,13 +155,18 @@ GRIP_PARAMETERS = (
     Parameter('contact_force', float, GripLimits.contact_force, 'N', 'reported force from which the sensor touches the object', 0.0, 1e4),
     Parameter('start_force', float, GripLimits.start_force, 'N',
               'first grip force, before anything is known of weight and friction', 0.01, 1e4),
-    Parameter('margin', float, GripLimits.margin, '', 'held force over the largest force at which the object has slipped', 1.0, 100.0),
+    Parameter('margin', float, GripLimits.margin, '', 'held force over what load and friction need, or over the largest force at which '
+              'the object has slipped', 1.0, 100.0),
     Parameter('rise', float, GripLimits.rise, '', 'factor by which slip raises the force', 1.01, 100.0),
     Parameter('rise_interval', float, GripLimits.rise_interval, 's',
               'until slip that is still reported raises the force again', 0.001, 10.0),
     Parameter('relaxation', float, GripLimits.relaxation, '1/s',
-              'part of the force that is taken away per second while nothing slips', 0.0, 0.99),
+              'part of the force that is taken away per second while nothing slips and no sensor measures the shear', 0.0, 0.99),
+    Parameter('adjustment', float, GripLimits.adjustment, '1/s',
+              'the same where a sensor measures the shear, down to what load and friction need', 0.0, 0.99),
     Parameter('slip_probability', float, GripLimits.slip_probability, '', 'probability of slip from which the force is raised', 0.01, 0.99),
+    Parameter('blind_force', float, GripLimits.blind_force, 'N',
+              'minimum grip force while it is uncertain whether the object slips', 0.01, 1e4),
     Parameter('timeout', float, GripLimits.timeout, 's', "age of the sensor's last message from which it is lost", 0.01, 10.0),
 )
 

@@ -28,23 +28,26 @@ from tactile_driver.nodes.messages.conversions import (
     voltages_message,
 )
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, recorded_truth
+from tactile_driver.nodes.messages.taxels import taxels_to_message
 from tactile_driver.recordings.writer import write_messages
+from tactile_driver.serial.force_taxels import simulated_frame
 from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.specimen import Shutters
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, GEL_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
+from tactile_driver.simulation.vectors.scene import VECTOR_SCENES, open_vector_scene
 from tactile_driver.sources.source import NS
-from tactile_perception.nodes.messages.conversions import description_messages
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.common.messages import description_messages
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
-_FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time
-_BATCH_S = 0.01  # chosen: duration of the samples of a finger in one message
+_FIRST_NS = 10**9  # much of ROS takes a stamp of zero for an unknown time
+_BATCH_S = 0.01  # duration of the samples of a finger in one message
 
 
 def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0,
                 shutters: Shutters | None = None, size: tuple[int, int] = (640, 480)) -> int:
-    """Write a scene to a new bag at rate Hz under namespace (empty: the sensor's type); the number of frames written.
+    """Write a scene to a new bag at rate Hz under namespace (empty: the sensor's type); returns the number of frames written.
 
     frames: how many to write, 0 for the whole scene; shutters: of two cameras, None for those of the scene; size: of the picture of one
     camera, (width, height) px.
@@ -63,7 +66,7 @@ def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: st
 
 
 def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = 'psd_finger') -> int:
-    """As write_scene, as psd_node publishes it, at rate samples/s; the number of samples written."""
+    """As write_scene, as psd_node publishes it, at rate samples/s; returns the number of samples written."""
     scene = open_psd_scene(name, rate, seed)
     _write(path, scene, namespace, {'scene': name, 'seed': seed},
            [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))], psd_messages(scene, rate, namespace))
@@ -80,8 +83,16 @@ def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespa
     return scene.frames
 
 
+def write_vector_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = 'force_taxels') -> int:
+    """As write_scene, as force_taxel_node publishes it."""
+    scene = open_vector_scene(name, rate, seed)
+    _write(path, scene, namespace, {'scene': name, 'seed': seed}, [static_transform(namespace, f'{namespace}_surface', (0.0, 0.0, 0.0))],
+           vector_messages(scene, rate, namespace))
+    return scene.frames
+
+
 def _write(path: Path, scene, namespace: str, about: dict, transforms: list, messages: Iterator[tuple[int, str, object]]) -> None:
-    """Write messages to a new bag, after the description, about, and where the sensor's parts are."""
+    """Write messages to a new bag, after the description, about, and the transforms of the sensor's parts."""
     about = {'source': 'sim', 'device': f'simulated {scene.sensor}', **about, 'rate': scene.rate}
     write_messages(path, namespace, chain(description_messages(_FIRST_NS, scene.sensor, namespace, about, transforms), messages))
 
@@ -133,9 +144,20 @@ def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str
         yield from recorded_truth(truth, numbers, 1 / rate, header)
 
 
+def vector_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """Yield (stamp in ns, topic, message) of all frames of a scene of force taxels."""
+    touches = TouchNumbers()
+    for number in range(scene.frames):
+        stamp = _stamp(number, rate)
+        header, (numbers, truth) = header_of(stamp, frame_id), scene.render(number / rate)
+        yield stamp, 'taxels', taxels_to_message(simulated_frame(scene.shape, numbers, stamp), header)
+        yield from recorded_truth(truth, touches, 1 / rate, header)
+
+
 #: Driver, or `camera` for those with cameras -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
 WRITERS = {'camera': (write_scene, 30.0, SCENES | GEL_SCENES), 'psd_node': (write_psd_scene, 1000.0, PSD_SCENES),
-           'taxel_array_node': (write_taxel_scene, 100.0, TAXEL_SCENES)}
+           'taxel_array_node': (write_taxel_scene, 100.0, TAXEL_SCENES),
+           'force_taxel_node': (write_vector_scene, 100.0, VECTOR_SCENES)}
 
 
 def writer_of(sensor: str) -> tuple[Callable[..., int], float, Collection[str]]:

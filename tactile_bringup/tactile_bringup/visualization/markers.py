@@ -20,24 +20,24 @@ from tactile_perception.common.geometry import Cap
 from . import pictures as colours
 from .pictures import array_of, states_of, touch_words
 
-#: s, chosen: RViz removes markers this long after the last data.
+#: RViz removes markers this many seconds after the last data.
 STALE_S = 2.0
 _LIFETIME = Duration(seconds=STALE_S).to_msg()
-_WITHIN_95 = 2.796  # derived: square root of the 95 % quantile of chi-square with 3 degrees of freedom (7.815)
-_THINNEST = 1e-5  # m, chosen: RViz warns about a scale of zero
-_LIFTED = 2e-4  # m, chosen: height of outlines over the surface, which would hide them
-_LETTER_SHARE = 0.13  # letter height over the sensor's half width: 16 px or more in the shipped views
-_MIN_HALF = 16  # minimum of the half width over the dot size: that of the touchpad, in whose view smaller sensors are shown, too
-_LINE_PITCH = 1.7  # letter heights from one line to the next; RViz's own pitch within one text adds 10 mm, too much for a small sensor
-_WARNING, _HAND_WARNING = (36, 2), (20, 1)  # letters in a line and lines of a warning, of which /diagnostics has the whole text
-_HAND_GAP = 4.5  # letter heights from the edge of a sensor of a hand to the middle of its text: half of three lines, seen from above
-_WARNING_HEIGHT = 0.7, 1.2  # half widths and heights of the sensor from its plane to a warning, which so is clear of its normal arrows
+_SIGMAS_95 = 2.796  # square root of the 95 % quantile of chi-squared with 3 degrees of freedom (7.815)
+_MIN_DIAMETER = 1e-5  # m; RViz warns about a scale of zero
+_OUTLINE_HEIGHT = 2e-4  # m over the surface, which would otherwise hide the outlines
+_LETTER_SHARE = 0.13  # letter height over the sensor's half width: at least 16 px in the shipped views
+_MIN_HALF = 16  # minimum of the half width over the dot size: that of the touchpad, whose view smaller sensors share
+_LINE_PITCH = 1.7  # letter heights between lines, each of which is a marker: RViz adds 10 mm between the lines of one marker
+_WARNING, _HAND_WARNING = (36, 2), (20, 1)  # letters in a line and number of lines of a warning; /diagnostics has the whole text
+_HAND_GAP = 4.5  # letter heights from the edge of a sensor of a hand to the middle of its text, which has up to three lines
+_WARNING_HEIGHT = 0.7, 1.2  # height of a warning over the sensor's half width and over its height, above the normal arrows
 _SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
-_MOST_ARROWS = 200  # chosen
-_TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
-_FAINT = 0.025  # of the full value, chosen: a fainter cell is drawn as untouched
+_MAX_ARROWS = 200  # slip velocities that are drawn
+_TONES = 64  # steps of the cells' colours, finer than the eye resolves
+_MIN_VALUE = 0.025  # of the full value; a smaller one is drawn as untouched
 _TWO_TRIANGLES = 0.5 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, -1, 0), (1, 1, 0), (-1, 1, 0)])  # a square of width 1
-_UNDER = 1e-4  # m, chosen: from the outlines down to the cells, and from these to the plate of the untouched ones
+_LAYER = 1e-4  # m from the outlines down to the cells, and from the cells to the plate
 
 
 def _colour(rgb: Sequence[float], opacity: float = 1.0) -> ColorRGBA:
@@ -59,39 +59,56 @@ def positions_of(cloud: PointCloud2) -> np.ndarray:
     return rows[:, :12].copy().view(np.float32).astype(float)
 
 
-class MarkerSet:
-    """Makes the markers of each frame. Each array first deletes all markers, so that it is whole whichever of those before it were lost;
-    RViz handles an array at once, between two pictures.
+def forces_of(cloud: PointCloud2) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (N, 3) and pressing forces (N,), N, NaN where unknown, of a cloud as all sensors publish it."""
+    offset = next(field.offset for field in cloud.fields if field.name == 'force_x')
+    rows = np.frombuffer(cloud.data, np.uint8).reshape(-1, cloud.point_step)[:, offset:offset + 16].copy().view(np.float32).astype(float)
+    return rows[:, :3], rows[:, 3]
 
-    RViz removes markers that nothing has renewed for STALE_S, whatever has ended.
-    warning: shown beside the sensor, '' for none.
-    sizes: text.height (m, 0: in proportion to the sensor), text.side, text.up (3 numbers each), normal_length (m), and with a wrench
-    force_length (m), full_force (N), full_torque (N m); size: m, to which lines and arrows are in proportion. Subclasses draw the sensor's
-    own surface.
+
+class MarkerSet:
+    """Makes the markers of each frame. Subclasses draw the surface of their sensor.
+
+    Each array first deletes all markers, so that arrays that were lost do not matter; RViz draws an array in one step.
+    RViz removes markers STALE_S after the last array.
+
+    Parameters
+    ----------
+    sizes : mapping
+        text.height (m; 0: proportional to the sensor), text.side, text.up (3 numbers each), normal_length (m), and with a wrench
+        force_length (m), full_force (N), full_torque (N m).
+    size : float
+        Length in m to which the widths of lines and arrows are proportional.
+
+    Attributes
+    ----------
+    warning : str
+        Text shown beside the sensor; '' for none.
     """
 
     def __init__(self, sizes: Mapping, size: float):
         self._sizes, self._size = sizes, size
         self._made: list[Marker] = []
         self._header = Header()
-        self._seen = np.zeros(3)  # m, half widths and height of the sensor: the largest seen
+        self._seen = np.zeros(3)  # m, maximum half widths and height of the sensor so far
         self.warning = ''
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
-        """Markers for messages by topic (dots, image_raw of an array, contact_region, contacts, slip, wrench; any may be missing) under
-        their header."""
+        """Markers of the messages of one frame, which have the given header.
+
+        found: messages by topic (dots, image_raw of an array, contact_region, contacts, slip, wrench); any may be missing."""
         self._header, self._made = header, []
         region, contacts = found.get('contact_region') or ContactRegion(), (found.get('contacts') or Contacts()).contacts
         self._seen = np.maximum(self._seen, self._surface(found, region))
         self._outline(region)
         self._contacts(contacts, region)
-        if 'wrench' in found and region.outlines and found['wrench'].header.frame_id in ('', header.frame_id):  # else at another origin
+        if 'wrench' in found and region.outlines and found['wrench'].header.frame_id in ('', header.frame_id):  # same origin
             self._wrench(found['wrench'].wrench, region)
         if 'slip' in found:
             self._slip(found['slip'], region)
         touched = region.outlines or contacts
         state = found['slip'].state if touched and 'slip' in found else Slip.NONE
-        self._text('text', [header.frame_id, *(self._words(found) if touched else [])], self._text_place(), _SLIP_COLOURS[state])
+        self._text('text', [header.frame_id, *(self._words(found) if touched else [])], self._text_position(), _SLIP_COLOURS[state])
         return self._all()
 
     def alone(self, header: Header) -> MarkerArray:
@@ -100,7 +117,7 @@ class MarkerSet:
         return self._all()
 
     def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
-        """Draw the sensor's surface; half widths and height (3,), m, of what is seen of it."""
+        """Draw the sensor's surface; return its half widths and height (3,), m."""
         raise NotImplementedError
 
     def _all(self) -> MarkerArray:
@@ -109,12 +126,12 @@ class MarkerSet:
             lines = textwrap.wrap(self.warning, letters, max_lines=lines, placeholder=' ...')
             height = np.max(np.multiply(_WARNING_HEIGHT, (self._half.max(), self._seen[2])))
             above = np.array([*-self._half, height]) - self._line_step * (len(lines) - 1)
-            self._text('warning', lines, self._text_place() + 2 * self._line_step if self._in_hand else above, colours.REGION)
+            self._text('warning', lines, self._text_position() + 2 * self._line_step if self._in_hand else above, colours.REGION)
         return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
 
     @property
     def _half(self) -> np.ndarray:
-        """Half widths (2,), m, of the sensor, by which text is placed."""
+        """Half widths (2,), m, of the sensor, which determine the positions of texts."""
         return np.maximum(self._seen[:2], _MIN_HALF * self._size)
 
     @property
@@ -123,7 +140,7 @@ class MarkerSet:
         return self._sizes['text.height'] > 0
 
     def _words(self, found: Mapping) -> list[str]:
-        """Lines about the contact; on a hand only one, in which the colour shows the slip."""
+        """Lines about the contact; on a hand a single line, whose colour shows the slip."""
         if not self._in_hand:
             return touch_words(found)
         words = touch_words({topic: message for topic, message in found.items() if topic != 'slip'})
@@ -139,11 +156,11 @@ class MarkerSet:
         """(3,), m, from one line to the next."""
         return -_LINE_PITCH * self._letter_height * np.array(self._sizes['text.up'], float)
 
-    def _text_place(self) -> np.ndarray:
+    def _text_position(self) -> np.ndarray:
         """Position (3,), m, of the middle of the text's first line, beside the sensor on its side text.side."""
         side = np.array(self._sizes['text.side'], float)
         edge = side * [*self._half, self._half.max()]
-        if self._in_hand:  # the middle of three lines is so far away that they are clear of the sensor
+        if self._in_hand:  # three lines must not overlap the sensor
             return edge + _HAND_GAP * self._letter_height * side - self._line_step
         return edge + self._line_step
 
@@ -153,14 +170,14 @@ class MarkerSet:
         for number, line in enumerate(lines):
             # scale.x is the width of a space, which RViz otherwise takes from letters 1 m high.
             marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), _colour(colour), number=number,
-                               at=(first + number * self._line_step).tolist())
+                               position=(first + number * self._line_step).tolist())
             marker.text = line
 
     def _add(self, ns: str, kind: int, scale: Sequence[float], colour: ColorRGBA, points: np.ndarray | None = None, number: int = 0,
-             at: Sequence[float] = (0.0, 0.0, 0.0)) -> Marker:
+             position: Sequence[float] = (0.0, 0.0, 0.0)) -> Marker:
         marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
                         points=[] if points is None else [Point(x=x, y=y, z=z) for x, y, z in points.tolist()], lifetime=_LIFETIME)
-        marker.pose.position, marker.pose.orientation.w = Point(x=at[0], y=at[1], z=at[2]), 1.0
+        marker.pose.position, marker.pose.orientation.w = Point(x=position[0], y=position[1], z=position[2]), 1.0
         self._made.append(marker)
         return marker
 
@@ -169,11 +186,12 @@ class MarkerSet:
             rings = [array_of(polygon.points) for polygon in rings]
             if rings:
                 ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
-                self._add(ns, Marker.LINE_LIST, (0.5 * self._size, 0.0, 0.0), _colour(colour), np.concatenate(ends) + (0.0, 0.0, _LIFTED))
+                ends = np.concatenate(ends) + (0.0, 0.0, _OUTLINE_HEIGHT)
+                self._add(ns, Marker.LINE_LIST, (0.5 * self._size, 0.0, 0.0), _colour(colour), ends)
 
     def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: Sequence[float]) -> None:
         if np.isfinite(ends).all() and np.ptp(ends, axis=0).any():
-            # A short arrow is thinner, so that it keeps its shaft; RViz would make it all head.
+            # A short arrow is thinner; otherwise RViz draws its head only.
             size = min(self._size, 0.2 * float(np.linalg.norm(ends[1] - ends[0])))
             self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), _colour(colour), ends, number)
 
@@ -185,18 +203,19 @@ class MarkerSet:
             self._covariance(contact.id, position, np.asarray(contact.position_covariance).reshape(3, 3))
 
     def _foot(self, position: np.ndarray, _region: ContactRegion) -> np.ndarray:
-        """Position (3,), m, at which the normal arrow of a contact at a position (3,), m, begins."""
+        """Start (3,), m, of the normal arrow of a contact at a position (3,), m."""
         return position
 
-    def _covariance(self, number: int, place: np.ndarray, covariance: np.ndarray) -> None:
+    def _covariance(self, number: int, position: np.ndarray, covariance: np.ndarray) -> None:
         """Draw the ellipsoid that holds the contact position with 95 % probability."""
-        if not (np.isfinite(covariance).all() and np.isfinite(place).all() and covariance.any()):
+        if not (np.isfinite(covariance).all() and np.isfinite(position).all() and covariance.any()):
             return
         from scipy.spatial.transform import Rotation  # imported only when markers are drawn
         variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
         axes[:, 0] *= np.sign(np.linalg.det(axes))
-        across = 2 * _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_THINNEST)
-        marker = self._add('covariances', Marker.SPHERE, across.tolist(), _colour(colours.CONTACT, 0.5), number=number, at=place.tolist())
+        diameters = 2 * _SIGMAS_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_MIN_DIAMETER)
+        marker = self._add('covariances', Marker.SPHERE, diameters.tolist(), _colour(colours.CONTACT, 0.5), number=number,
+                           position=position.tolist())
         marker.pose.orientation = Quaternion(**dict(zip('xyzw', Rotation.from_matrix(axes).as_quat().tolist())))
 
     def _wrench(self, wrench, region: ContactRegion) -> None:
@@ -205,13 +224,13 @@ class MarkerSet:
         The force's tip ends normal_length before the centroid, so that it does not hide the contact.
         """
         force, torque = self._scaled(_known(wrench.force), 'full_force'), self._scaled(_known(wrench.torque), 'full_torque')
-        away = -force / max(float(np.linalg.norm(force)), 1e-12)
-        tip = array_of([region.centroid])[0] + self._sizes['normal_length'] * away
+        direction = -force / max(float(np.linalg.norm(force)), 1e-12)
+        tip = array_of([region.centroid])[0] + self._sizes['normal_length'] * direction
         self._arrow('force', 0, np.stack([tip - force, tip]), colours.FORCE)
         self._arrow('torque', 0, np.stack([np.zeros(3), torque]), colours.TORQUE)
 
     def _scaled(self, vector: np.ndarray, full: str) -> np.ndarray:
-        """Arrow (3,), m, of a vector (3,): proportional up to the magnitude that full names, force_length long from there on."""
+        """Arrow (3,), m, of a vector (3,): force_length long at the magnitude of the parameter full, proportional below, constant above."""
         return vector * (self._sizes['force_length'] / max(self._sizes[full], float(np.linalg.norm(vector))))
 
     def _slip(self, slip: Slip, region: ContactRegion) -> None:
@@ -222,7 +241,7 @@ class MarkerSet:
 
 
 class DotMarkers(MarkerSet):
-    """Of an optical sensor. More sizes: dot_size (m), dot_colour, full_depth (m), and the untouched surface: sensor_type,
+    """Markers of a sensor with dots. Further sizes: dot_size (m), dot_colour, full_depth (m), and for the undeformed surface sensor_type,
     cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m)."""
 
     def __init__(self, sizes: Mapping):
@@ -232,38 +251,74 @@ class DotMarkers(MarkerSet):
         dots = found.get('dots')
         if dots is None or not (len(dots.x) or 'points' in found):
             return np.zeros(3)
-        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if len(dots.x) else positions_of(found['points'])
-        if len(places) != len(dots.id):
+        positions = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if len(dots.x) else positions_of(found['points'])
+        if len(positions) != len(dots.id):
             return np.zeros(3)
-        known = np.isfinite(places).all(axis=1)
-        places, states = places[known], np.maximum(states_of(np.asarray(dots.id, np.int64)[known], region), 0)
-        marker = self._add('dots', Marker.SPHERE_LIST, [self._size] * 3, _STATES[0], places)
-        by_depth = self._sizes['dot_colour'] == 'depth'
-        marker.colors = [_colour(rgb) for rgb in colours.of_depth(self._depths(places) / self._sizes['full_depth']).tolist()] if by_depth \
-            else [_STATES[state] for state in states.tolist()]
-        return np.append(np.abs(places[:, :2]).max(axis=0, initial=0.0), places[:, 2].max(initial=0.0))
+        known = np.isfinite(positions).all(axis=1)
+        positions, states = positions[known], np.maximum(states_of(np.asarray(dots.id, np.int64)[known], region), 0)
+        marker = self._add('dots', Marker.SPHERE_LIST, [self._size] * 3, _STATES[0], positions)
+        if self._sizes['dot_colour'] == 'depth':
+            relative = self._depths(positions) / self._sizes['full_depth']
+            marker.colors = [_colour(rgb) for rgb in colours.of_depth(relative).tolist()]
+        else:
+            marker.colors = [_STATES[state] for state in states.tolist()]
+        return np.append(np.abs(positions[:, :2]).max(axis=0, initial=0.0), positions[:, 2].max(initial=0.0))
 
     def _foot(self, position: np.ndarray, region: ContactRegion) -> np.ndarray:
-        """See MarkerSet; on a dome, whose flank may touch an object beside the object's lowest point, the middle of the nearest outline."""
+        """See MarkerSet. On a dome the middle of the nearest outline, since its flank may touch beside the object's lowest point."""
         if self._sizes['dome.height'] <= 0 or not region.outlines:
             return position
         middles = np.stack([array_of(outline.points).mean(axis=0) for outline in region.outlines])
         return middles[np.argmin(np.linalg.norm(middles - position, axis=1))]
 
-    def _depths(self, places: np.ndarray) -> np.ndarray:
-        """Depths (N,), m, of positions (N, 3), m, below the untouched surface: along z for a sheet, radial for a cap."""
+    def _depths(self, positions: np.ndarray) -> np.ndarray:
+        """Depths (N,), m, of positions (N, 3), m, below the undeformed surface: along z for a sheet, radial for a cap."""
         rim, height = self._sizes['dome.rim_radius'], self._sizes['dome.height']
         if self._sizes['sensor_type'] == 'touchpad':
             cap = Cap(self._sizes['cap.curvature_radius'], self._sizes['cap.height'])
         elif min(rim, height) > 0:
             cap = Cap((rim**2 + height**2) / (2 * height), height)
         else:
-            return -places[:, 2]
-        return cap.curvature_radius - np.linalg.norm(places - [0.0, 0.0, cap.centre_z], axis=1)
+            return -positions[:, 2]
+        return cap.curvature_radius - np.linalg.norm(positions - [0.0, 0.0, cap.centre_z], axis=1)
+
+
+class SurfaceMarkers(MarkerSet):
+    """Markers of a gel whose whole surface is measured. Further sizes: dot_size (m), full_depth (m)."""
+
+    def __init__(self, sizes: Mapping):
+        super().__init__(sizes, sizes['dot_size'])
+
+    def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
+        positions = positions_of(found['points']) if 'points' in found else np.zeros((0, 3))
+        marker = self._add('surface', Marker.SPHERE_LIST, [self._size] * 3, _STATES[0], positions)
+        marker.colors = [_colour(rgb) for rgb in colours.of_depth(-positions[:, 2] / self._sizes['full_depth']).tolist()]
+        return np.append(np.abs(positions[:, :2]).max(axis=0, initial=0.0), 0.0)
+
+
+class ForceMarkers(MarkerSet):
+    """Of taxels that measure force vectors. More sizes: dot_size (m), full_taxel_force (N)."""
+
+    def __init__(self, sizes: Mapping):
+        super().__init__(sizes, sizes['dot_size'])
+
+    def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
+        if 'points' not in found:
+            return np.zeros(3)
+        positions, forces, pressed = positions_of(found['points']), *forces_of(found['points'])
+        full = self._sizes['full_taxel_force']
+        marker = self._add('taxels', Marker.SPHERE_LIST, [self._size] * 3, _STATES[0], positions)
+        marker.colors = [_colour(rgb) for rgb in colours.of_depth(np.nan_to_num(pressed) / full).tolist()]
+        shown = np.flatnonzero((np.abs(forces) > _MIN_VALUE * full).any(axis=1))
+        if len(shown):
+            # A line ends on the surface, as if the object pushed with it.
+            ends = np.stack([positions[shown] - forces[shown] * (self._sizes['force_length'] / full), positions[shown]], axis=1)
+            self._add('forces', Marker.LINE_LIST, (0.3 * self._size, 0.0, 0.0), _colour(colours.ARROW), ends.reshape(-1, 3))
+        return np.append(np.abs(positions[:, :2]).max(axis=0, initial=0.0), max(positions[:, 2].max(initial=0.0), 0.0))
 
 
 class FingerMarkers(MarkerSet):
-    """Of a finger. More sizes: radius, point_size (m)."""
+    """Markers of a finger. Further sizes: radius, point_size (m)."""
 
     def __init__(self, sizes: Mapping):
         super().__init__(sizes, 0.5 * sizes['point_size'])
@@ -271,15 +326,15 @@ class FingerMarkers(MarkerSet):
     def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
         radius = self._sizes['radius']
         self._add('finger', Marker.SPHERE_LIST, [2 * radius] * 3, _colour(colours.GLASS, 0.4), np.zeros((1, 3)))  # SPHERE is a coarse mesh
-        places = array_of(contact.position for contact in found['contacts'].contacts)
-        places = places[np.isfinite(places).all(axis=1)]
-        if len(places):
-            self._add('points', Marker.SPHERE_LIST, [2 * self._size] * 3, _colour((1.0, 0.35, 0.1)), places)
+        positions = array_of(contact.position for contact in found['contacts'].contacts)
+        positions = positions[np.isfinite(positions).all(axis=1)]
+        if len(positions):
+            self._add('points', Marker.SPHERE_LIST, [2 * self._size] * 3, _colour((1.0, 0.35, 0.1)), positions)
         return np.full(3, radius)
 
 
 class TaxelMarkers(MarkerSet):
-    """Of an array. More sizes: pitch (m), full_value, flow_scale (s)."""
+    """Markers of a taxel array. Further sizes: pitch (m), full_value, flow_scale (s)."""
 
     def __init__(self, sizes: Mapping):
         super().__init__(sizes, sizes['pitch'])
@@ -296,27 +351,27 @@ class TaxelMarkers(MarkerSet):
         return self._cells(found['image_raw']) if 'image_raw' in found else np.zeros(3)
 
     def _cells(self, image: Image) -> np.ndarray:
-        """Draw the array as a plate and each pressed taxel as a square on it, just under the surface, where the outlines lie; half widths
-        and height (3,), m."""
+        """Draw the array as a plate and each pressed taxel as a square on it, below the outlines; return half widths and height (3,), m."""
         values = grey_to_array(image, 'taxel image').astype(np.float32)
         full, pitch, (rows, columns) = self._sizes['full_value'], self._size, values.shape
-        corners = _TWO_TRIANGLES * [columns * pitch, rows * pitch, 0.0] - [0.0, 0.0, 2 * _UNDER]
+        corners = _TWO_TRIANGLES * [columns * pitch, rows * pitch, 0.0] - [0.0, 0.0, 2 * _LAYER]
         plate = self._add('plate', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), self._tones[0], corners)
-        plate.colors = [self._tones[0]] * len(corners)  # RViz shades a list without colours of its corners
-        row, column = np.nonzero(values > _FAINT * full)
+        plate.colors = [self._tones[0]] * len(corners)  # RViz shades a list whose corners have no colours
+        row, column = np.nonzero(values > _MIN_VALUE * full)
         if len(row):
-            places = np.column_stack([(column - 0.5 * (columns - 1)) * pitch, (row - 0.5 * (rows - 1)) * pitch, np.full(len(row), -_UNDER)])
+            x, y = (column - 0.5 * (columns - 1)) * pitch, (row - 0.5 * (rows - 1)) * pitch
+            positions = np.column_stack([x, y, np.full(len(row), -_LAYER)])
             tone = np.clip(np.round((_TONES - 1) * values[row, column] / full), 0, _TONES - 1).astype(int)
-            corners = (places[:, None] + pitch * _TWO_TRIANGLES).reshape(-1, 3)
+            corners = (positions[:, None] + pitch * _TWO_TRIANGLES).reshape(-1, 3)
             cells = self._add('cells', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
             cells.colors = [self._tones[k] for k in np.repeat(tone, len(_TWO_TRIANGLES)).tolist()]
         return 0.5 * pitch * np.array([columns, rows, 0])
 
     def _flow(self, slip: Slip) -> None:
         """Draw the slip velocity at each slipping point as a line."""
-        at, by = (np.column_stack([x, y, np.zeros(len(x))]).astype(float) for x, y in ((slip.x, slip.y), (slip.vx, slip.vy)))
-        known = np.flatnonzero(np.isfinite(by).all(axis=1))
-        known = known[::1 + len(known) // _MOST_ARROWS]
+        start, velocity = (np.column_stack([x, y, np.zeros(len(x))]).astype(float) for x, y in ((slip.x, slip.y), (slip.vx, slip.vy)))
+        known = np.flatnonzero(np.isfinite(velocity).all(axis=1))
+        known = known[::1 + len(known) // _MAX_ARROWS]
         if len(known):
-            ends = np.stack([at[known], at[known] + self._sizes['flow_scale'] * by[known]], axis=1).reshape(-1, 3)
+            ends = np.stack([start[known], start[known] + self._sizes['flow_scale'] * velocity[known]], axis=1).reshape(-1, 3)
             self._add('flow', Marker.LINE_LIST, (0.15 * self._size, 0.0, 0.0), _colour(colours.ARROW), ends)

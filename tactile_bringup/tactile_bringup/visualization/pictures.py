@@ -15,7 +15,7 @@ from tactile_driver.stitching.calibration import Stitching
 from tactile_msgs.msg import ContactRegion, DotTracks, Slip
 from tactile_perception.common.camera import CameraModel
 
-#: Colours (r, g, b), 0 to 1, by dot state: untouched, sticking, slipping (the constants of ContactRegion). All colours are chosen.
+#: Colours (r, g, b), 0 to 1, by dot state: untouched, sticking, slipping (the constants of ContactRegion).
 STATE_COLOURS = ((0.45, 0.62, 0.80), (0.20, 0.85, 0.35), (1.00, 0.15, 0.90))
 REGION = (1.00, 0.82, 0.10)
 HOLE = (0.30, 0.90, 1.00)
@@ -25,14 +25,14 @@ FORCE = (1.00, 0.55, 0.10)
 TORQUE = (0.60, 0.40, 1.00)
 TEXT = (1.00, 1.00, 1.00)
 GLASS = (0.80, 0.86, 0.92)  # the hemisphere of a finger
-#: Colour scale from untouched to full depth, chosen.
+#: Colour scale from untouched to full depth.
 _DEPTH_COLOURS = np.array([STATE_COLOURS[0], (0.25, 0.80, 0.60), (0.95, 0.85, 0.20), (1.00, 0.35, 0.10)])
 
 
 def of_depth(share: np.ndarray) -> np.ndarray:
     """Colours (N, 3) of relative depths (N,): 0 is untouched; 1 and above is full depth."""
-    at = np.clip(np.asarray(share, float), 0.0, 1.0) * (len(_DEPTH_COLOURS) - 1)
-    return np.column_stack([np.interp(at, np.arange(len(_DEPTH_COLOURS)), channel) for channel in _DEPTH_COLOURS.T])
+    step = np.clip(np.asarray(share, float), 0.0, 1.0) * (len(_DEPTH_COLOURS) - 1)
+    return np.column_stack([np.interp(step, np.arange(len(_DEPTH_COLOURS)), channel) for channel in _DEPTH_COLOURS.T])
 
 
 def bgr(colour: Sequence[float]) -> tuple[int, int, int]:
@@ -50,8 +50,9 @@ SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS
 
 
 def touch_words(found: Mapping) -> list[str]:
-    """Depth, force and slip state, as far as they are known, from messages by topic (contacts, wrench, slip; any may be missing). Of a
-    force with unknown components its z component."""
+    """Known values of depth, force and slip state as text, from messages by topic (contacts, wrench, slip; any may be missing).
+
+    If some components of the force are unknown, its z component is given."""
     contacts = found['contacts'].contacts if 'contacts' in found else []
     depths = [contact.depth for contact in contacts if np.isfinite(contact.depth)]
     forces = [contact.force for contact in contacts if np.isfinite(contact.force)]
@@ -66,12 +67,14 @@ def touch_words(found: Mapping) -> list[str]:
 
 
 def lines_of(found: Mapping) -> list[str]:
-    """What messages by topic tell, in lines of text: dots and largest displacement; area, depth, force, slip state, numbers of sticking and
-    slipping dots. The last one is empty where nothing is known of touches; without dots it is the only one."""
+    """Lines of text about messages by topic.
+
+    The first line, present with dots only, has their number and largest displacement. The second has area, depth, force, slip state, and
+    the numbers of sticking and slipping dots; it is empty if contact is unknown."""
     dots, region, lines = found.get('dots'), found.get('contact_region'), []
     if dots is not None:
-        moved = np.hypot(dots.du, dots.dv)
-        largest = f'{np.nanmax(moved):.1f} px' if np.isfinite(moved).any() else 'not known yet'
+        displacement = np.hypot(dots.du, dots.dv)
+        largest = f'{np.nanmax(displacement):.1f} px' if np.isfinite(displacement).any() else 'not known yet'
         lines.append(f'{len(dots.id)} dots, largest displacement {largest}')
     if region is not None and region.outlines:
         counts = np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)
@@ -84,12 +87,12 @@ def lines_of(found: Mapping) -> list[str]:
     return lines
 
 
-Place = Callable[[np.ndarray], np.ndarray]  # from points (N, 3), m, of one object in the sensor frame to px (N, 2)
+Projection = Callable[[np.ndarray], np.ndarray]  # from points (N, 3), m, of one object in the sensor frame to px (N, 2)
 
 
 def projection(matrices: tuple | None, rotation: Sequence[float], translation: Sequence[float], stitching: Stitching | None = None
-               ) -> Place | None:
-    """Where places appear in a camera's image; None for an uncalibrated camera.
+               ) -> Projection | None:
+    """Projection to a camera's image; None for an uncalibrated camera.
 
     matrices: from camera_matrices; rotation, translation: from sensor to camera frame, as a rotation vector (rad) and a vector (m);
     stitching: of a picture stitched from two views, which has no camera model of its own.
@@ -99,9 +102,9 @@ def projection(matrices: tuple | None, rotation: Sequence[float], translation: S
     return None if stitching is None else partial(_stitched, stitching)
 
 
-def plane_projection(points: np.ndarray, uv: np.ndarray) -> Place | None:
-    """Where positions near a plane appear, of whose points (N, 3), m, the pixels (N, 2) are known: for a camera whose pose is unknown. The
-    affine map that fits best; None if fewer than three points are known."""
+def plane_projection(points: np.ndarray, uv: np.ndarray) -> Projection | None:
+    """Projection of a camera whose pose is unknown, for positions near a plane: the affine map that fits points (N, 3), m, to their pixels
+    (N, 2) best. None if fewer than three points are known."""
     known = np.isfinite(np.column_stack([points, uv])).all(axis=1)
     if known.sum() < 3:
         return None
@@ -115,14 +118,14 @@ def _with_ones(xyz: np.ndarray) -> np.ndarray:
 
 
 def _stitched(stitching: Stitching, xyz: np.ndarray) -> np.ndarray:
-    """Of a stitched picture; the view that shows the mean of the points places all of them."""
+    """Projection to a stitched picture; all points are projected to the view that shows their mean."""
     left, right = (stitching.origin + stitching.scale * (centre[:2] + (xyz[:, :2] - centre[:2]) * (centre[2] / (centre[2] - xyz[:, 2:])))
                    for centre in stitching.camera_centres)
     return right if stitching.side_of(left.mean(axis=0))[0] else left
 
 
 def camera_info_key(message: CameraInfo) -> tuple:
-    """What differs between calibrations."""
+    """The values that identify a calibration."""
     return tuple(message.k), tuple(message.d)
 
 
@@ -130,6 +133,7 @@ CAMERA_LEGEND = (*zip(('untouched', 'sticking', 'slipping'), STATE_COLOURS), ('d
                  ('contact', CONTACT))
 ARRAY_LEGEND = (('untouched', STATE_COLOURS[0]), ('full', _DEPTH_COLOURS[-1]), ('region', REGION), ('contact', CONTACT),
                 ('slip', STATE_COLOURS[2]))
+SURFACE_LEGEND = (('region', REGION), ('contact', CONTACT))
 FINGER_LEGEND = (('contact', CONTACT),)
 
 
@@ -139,7 +143,7 @@ class Annotation:
 
     rows, columns: size of the dot grid, 0 without a grid
     id: (N,) dot ids
-    uv, duv: (N, 2) positions and displacements from rest, NaN where unknown
+    uv, duv: (N, 2) positions and displacements from the reference, NaN where unknown
     state: (N,) 0 untouched, 1 sticking, 2 slipping, -1 unknown
     radius: of the dots, px
     outlines, holes: lists of (n, 2)
@@ -162,9 +166,10 @@ class Annotation:
     legend: Sequence[tuple[str, Sequence[float]]] = ()
 
 
-def annotation_of(found: Mapping, place: Place | None, legend: Sequence = CAMERA_LEGEND, flow_scale: float = 0.0) -> Annotation:
-    """Messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) as an annotation. place: where things appear,
-    None unknown; flow_scale: s, by which the slip of the object becomes the length of an arrow, 0 for none."""
+def annotation_of(found: Mapping, project: Projection | None, legend: Sequence = CAMERA_LEGEND, flow_scale: float = 0.0) -> Annotation:
+    """Annotation of messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing).
+
+    project: None if unknown, so that only dots are drawn; flow_scale: s, arrow length over slip velocity, 0 for no arrow."""
     dots, region = found.get('dots') or DotTracks(), found.get('contact_region') or ContactRegion()
     id = np.asarray(dots.id, np.int64)
     what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
@@ -172,18 +177,18 @@ def annotation_of(found: Mapping, place: Place | None, legend: Sequence = CAMERA
                       text=lines_of(found) if 'dots' in found or legend is not CAMERA_LEGEND else ['no dots', ''])
     if np.isfinite(dots.area).any():
         what.radius = float(np.sqrt(np.nanmedian(dots.area) / np.pi))
-    if place is None:
+    if project is None:
         return what
-    what.outlines, what.holes = ([place(ring) for ring in map(array_of, (polygon.points for polygon in polygons))
+    what.outlines, what.holes = ([project(ring) for ring in map(array_of, (polygon.points for polygon in polygons))
                                   if len(ring) and np.isfinite(ring).all()] for polygons in (region.outlines, region.holes))
     contacts = array_of(contact.position for contact in found['contacts'].contacts) if 'contacts' in found else np.zeros((0, 3))
-    what.contacts = np.array([place(each[None])[0] for each in contacts if np.isfinite(each).all()]).reshape(-1, 2)
+    what.contacts = np.array([project(each[None])[0] for each in contacts if np.isfinite(each).all()]).reshape(-1, 2)
     if flow_scale and 'slip' in found and found['slip'].state and region.outlines:
         begin, twist = array_of([region.centroid]), found['slip'].velocity
         turn = np.nan_to_num(twist.angular.z)
         velocity = np.array([[twist.linear.x - turn * begin[0, 1], twist.linear.y + turn * begin[0, 0], 0.0]])
-        what.id, what.state, what.uv = np.zeros(1, np.int64), np.array([2]), place(begin + flow_scale * velocity)
-        what.duv, what.radius = what.uv - place(begin), 0.3  # px: of the ring at its tip
+        what.id, what.state, what.uv = np.zeros(1, np.int64), np.array([2]), project(begin + flow_scale * velocity)
+        what.duv, what.radius = what.uv - project(begin), 0.3  # px: of the ring at its tip
     return what
 
 
@@ -199,34 +204,56 @@ def array_picture(values: np.ndarray, full_value: float) -> np.ndarray:
     return np.round(255 * rgb[:, 2::-1]).astype(np.uint8).reshape(*values.shape, 3)
 
 
+def taxels_picture(positions: np.ndarray, forces: np.ndarray, pressed: np.ndarray, full: float) -> tuple[np.ndarray, Projection]:
+    """Picture (480, 640, 3) uint8 BGR of taxels from above, and the function from positions (N, 3), m, to its pixels.
+
+    positions: (K, 3) m; forces: (K, 3) N; pressed: (K,) N; full: N, where the colour scale ends and the lines of shear are a pitch long.
+    """
+    image = np.zeros((480, 640, 3), np.uint8)
+    low, high = positions[:, :2].min(axis=0), positions[:, :2].max(axis=0)
+    pitch = np.sqrt(max(float(np.prod(high - low)), 1e-6) / len(positions))
+    scale = float(np.min(np.array([640, 480]) / (high - low + 2 * pitch)))
+    middle, centre = (low + high) / 2, np.array([319.5, 239.5])
+
+    def project(xyz: np.ndarray) -> np.ndarray:
+        return (xyz[:, :2] - middle) * scale + centre
+    shown = of_depth(np.nan_to_num(pressed) / full)
+    radius = max(int(0.35 * pitch * scale), 2)
+    ends = project(positions + np.nan_to_num(forces) * (pitch / full))
+    for at, end, colour in zip(np.rint(project(positions)).astype(int).tolist(), np.rint(ends).astype(int).tolist(), shown):
+        cv2.circle(image, at, radius, bgr(colour), -1, cv2.LINE_AA)
+        cv2.line(image, at, end, bgr(ARROW), max(radius // 8, 1), cv2.LINE_AA)
+    return image, project
+
+
 def finger_picture(found: Mapping) -> np.ndarray:
-    """The hemisphere seen along -z, x right, y down, with the message contacts of a finger; (H, W, 3) uint8 BGR."""
+    """Picture (H, W, 3) uint8 BGR of a finger's hemisphere and contacts, seen along -z, x right, y down."""
     middle, radius = 180, 160
     picture = np.full((2 * middle, 2 * middle, 3), 32, np.uint8)
     for degrees, part in ((30, 0.4), (60, 0.4), (90, 1.0)):
         ring = round(radius * np.sin(np.radians(degrees)))
         cv2.circle(picture, (middle, middle), ring, bgr(part * np.array(GLASS)), 1, cv2.LINE_AA)
-    places = array_of(contact.normal for contact in found['contacts'].contacts)[:, :2]
-    return annotate(picture, Annotation(contacts=middle + radius * places, text=lines_of(found), legend=FINGER_LEGEND))
+    positions = array_of(contact.normal for contact in found['contacts'].contacts)[:, :2]
+    return annotate(picture, Annotation(contacts=middle + radius * positions, text=lines_of(found), legend=FINGER_LEGEND))
 
 
 _SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
-_SHORTEST = 1.2  # px of the picture, chosen: shorter arrows show mostly noise
-_HEAD = 0.35  # length of the head over the arrow's, chosen
-_SIZE = 0.6  # font scale, chosen: letters are 13 px high
-_FEW = 200  # arrows, chosen: up to this number each gets a dark border
-_GAP = 2.0  # px between a dot and its ring, chosen
+_MIN_ARROW = 1.2  # px of the picture; shorter arrows show mostly noise
+_HEAD = 0.35  # length of the head over that of the arrow
+_FONT_SCALE = 0.6  # letters are 13 px high
+_MAX_BORDERED = 200  # arrows: up to this number each has a dark border
+_GAP = 2.0  # px between a dot and its ring
 _CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 PANEL = 600  # px: width at which RViz shows the picture; what is drawn is legible there
 
 
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
-    """Draw an annotation over image (H, W) or (H, W, 3) uint8; a BGR picture (k H + t, k W, 3) uint8.
+    """Draw an annotation over an image (H, W) or (H, W, 3) uint8; return a BGR picture (k H + t, k W, 3) uint8.
 
-    k is the least that makes the picture PANEL px wide, up to a height of 2 PANEL. Text and legend, t px high, stand below the image and
-    hide no dot. Text and line widths grow with pictures wider than 640 px, because viewers shrink those. One line takes at most a quarter
-    of the image.
+    k is the smallest integer that makes the picture PANEL px wide, limited to a height of 2 PANEL. Text and legend, t px high, are below
+    the image. Text and line widths grow with pictures wider than 640 px, because viewers shrink those; a line of text is at most a
+    quarter of the image high.
     """
     height, width = image.shape[:2]
     scale = max(1, min(-(-PANEL // width), 2 * PANEL // height))
@@ -281,32 +308,32 @@ def _draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray, thick:
     """Draw arrows from start to end (N, 2) px; skip those with a NaN and those too short to see."""
     along = end - start
     length = np.hypot(along[:, 0], along[:, 1])
-    chosen = length > _SHORTEST  # false for NaN
-    start, end, along = start[chosen], end[chosen], along[chosen]
-    size = np.minimum(_HEAD * length[chosen], 5.0 * thick) / length[chosen]
+    is_drawn = length > _MIN_ARROW  # false for NaN
+    start, end, along = start[is_drawn], end[is_drawn], along[is_drawn]
+    size = np.minimum(_HEAD * length[is_drawn], 5.0 * thick) / length[is_drawn]
     back, side = along * size[:, None], np.stack([-along[:, 1], along[:, 0]], axis=1) * (0.6 * size[:, None])
     strokes = list(_fixed(np.stack([start, end, end - back + side, end, end - back - side], axis=1)))
-    if len(start) <= _FEW:
+    if len(start) <= _MAX_BORDERED:
         cv2.polylines(picture, strokes, False, (0, 0, 0), round(3 * thick), cv2.LINE_8, _SHIFT)
     cv2.polylines(picture, strokes, False, bgr(ARROW), round(thick), cv2.LINE_AA, _SHIFT)
 
 
 def _draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: float) -> None:
-    """Write row.column beside every few dots of a grid, at most four per side."""
+    """Write row.column beside some dots of a grid, at most four in a row and in a column."""
     if not what.rows * what.columns:
         return
     row, column = np.divmod(what.id, what.columns)
     step = max(1, -(-max(what.rows, what.columns) // 4))
     middle = step // 2
     for k in np.nonzero((row % step == middle) & (column % step == middle))[0]:
-        place, text = (round(uv[k, 0]) + 5, round(uv[k, 1]) - 5), f'{row[k]}.{column[k]}'
-        cv2.putText(picture, text, place, _FONT, 0.45 * thick, (0, 0, 0), round(3 * thick), cv2.LINE_8)
-        cv2.putText(picture, text, place, _FONT, 0.45 * thick, bgr(TEXT), round(thick), cv2.LINE_AA)
+        corner, text = (round(uv[k, 0]) + 5, round(uv[k, 1]) - 5), f'{row[k]}.{column[k]}'
+        cv2.putText(picture, text, corner, _FONT, 0.45 * thick, (0, 0, 0), round(3 * thick), cv2.LINE_8)
+        cv2.putText(picture, text, corner, _FONT, 0.45 * thick, bgr(TEXT), round(thick), cv2.LINE_AA)
 
 
-def _draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float) -> None:
+def _draw_contacts(picture: np.ndarray, positions: np.ndarray, thick: float) -> None:
     """Draw a cross in a circle at each contact (C, 2) px; skip NaN."""
-    for u, v in places[np.isfinite(places).all(axis=1)]:
+    for u, v in positions[np.isfinite(positions).all(axis=1)]:
         centre = round(u), round(v)
         cv2.circle(picture, centre, round(9 * thick), (0, 0, 0), round(4 * thick), cv2.LINE_AA)
         cv2.circle(picture, centre, round(9 * thick), bgr(CONTACT), round(2 * thick), cv2.LINE_AA)
@@ -317,7 +344,7 @@ def _text_bar(lines: list[str], width: int, thick: float) -> np.ndarray:
     """Lines of text on a dark bar (thick * (20 px per line + 6 px), width, 3) uint8; a line that is too long gets smaller letters."""
     bar = np.full((round(thick * (20 * len(lines) + 6)), width, 3), 24, np.uint8)
     for k, line in enumerate(lines):
-        size = _SIZE * thick * min(1.0, (width - 16 * thick) / max(1, cv2.getTextSize(line, _FONT, _SIZE * thick, 1)[0][0]))
+        size = _FONT_SCALE * thick * min(1.0, (width - 16 * thick) / max(1, cv2.getTextSize(line, _FONT, _FONT_SCALE * thick, 1)[0][0]))
         cv2.putText(bar, line, (round(8 * thick), round(thick * (18 + 20 * k))), _FONT, size, bgr(TEXT), round(thick), cv2.LINE_AA)
     return bar
 
@@ -325,12 +352,12 @@ def _text_bar(lines: list[str], width: int, thick: float) -> np.ndarray:
 def _legend_bar(entries: Sequence[tuple[str, Sequence[float]]], width: int, thick: float) -> np.ndarray:
     """Names, each after a square of its colour, on a dark bar (26 * thick, width, 3) uint8; smaller where they are too long."""
     bar = np.full((round(26 * thick), width, 3), 24, np.uint8)
-    lengths = [cv2.getTextSize(name, _FONT, _SIZE * thick, 1)[0][0] + 36 * thick for name, _ in entries]  # px, with square and gaps
+    lengths = [cv2.getTextSize(name, _FONT, _FONT_SCALE * thick, 1)[0][0] + 36 * thick for name, _ in entries]  # px, with square and gaps
     scale, left = min(1.0, (width - 8 * thick) / sum(lengths)), 8 * thick
     for (name, colour), length in zip(entries, lengths):
         top, side = round(13 * thick - 6 * thick * scale), 12 * thick * scale
         cv2.rectangle(bar, (round(left), top), (round(left + side), round(top + side)), bgr(colour), -1)
-        place = round(left + 1.5 * side), round(top + side)
-        cv2.putText(bar, name, place, _FONT, _SIZE * thick * scale, bgr(TEXT), round(thick), cv2.LINE_AA)
+        corner = round(left + 1.5 * side), round(top + side)
+        cv2.putText(bar, name, corner, _FONT, _FONT_SCALE * thick * scale, bgr(TEXT), round(thick), cv2.LINE_AA)
         left += length * scale
     return bar

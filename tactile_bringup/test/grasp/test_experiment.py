@@ -6,8 +6,9 @@ import pytest
 
 pytest.importorskip('mujoco', reason='MuJoCo is an optional extra: pip install mujoco')
 
-from tactile_bringup.grasp.experiment import grasp, main  # noqa: E402
+from tactile_bringup.grasp.experiment import FAULTS, grasp, main  # noqa: E402
 from tactile_bringup.grasp.objects import FILLED, OBJECTS, object_named  # noqa: E402
+from tactile_bringup.grasp.pose_experiment import PoseWatch  # noqa: E402
 from tactile_bringup.grasp.world import PITCH, TAXELS, GraspWorld  # noqa: E402
 
 
@@ -47,8 +48,18 @@ def test_the_weight_of_a_bottle_that_is_filled_grows_fourfold():
 
 
 def test_the_controller_holds_a_box_whose_weight_doubles():
-    found = grasp('box', 'controller')
-    assert not found.is_dropped and found.displacement < 1.0e-3 and found.delay <= 0.06
+    watch = PoseWatch(('touchpad',))
+    found = grasp('box', 'controller', watch=watch, topics=('contacts', 'contact_region'))
+    assert not found.is_dropped and found.displacement < 2.0e-3 and found.delay <= 0.06
+    assert found.force_ratio < 2.0 and found.friction == pytest.approx(1.0, abs=0.25)
+    pose = watch.errors()
+    assert pose.position < 0.4e-3 < pose.displacement and pose.turn < 0.003, 'where the object is in the hand'
+    assert pose.position_nees < 3 and pose.rotation_nees < 3
+
+
+@pytest.mark.parametrize('fault', FAULTS)
+def test_an_object_stays_in_the_hand_whatever_fails(fault):
+    assert not grasp('light_rough_box', 'controller', fault=fault).is_dropped
 
 
 @pytest.mark.parametrize('name', ['egg', 'light_rough_box', 'cylinder'])
@@ -60,7 +71,7 @@ def test_the_controller_neither_drops_nor_crushes(name):
 def test_the_table_is_printed(capsys):
     assert main(['--objects', 'light_rough_box']) == 0
     rows = capsys.readouterr().out.splitlines()
-    assert [row.split(' | ')[1] for row in rows[2:5]] == ['controller', 'fixed', 'oracle'] and rows[0].startswith('| object')
+    assert [row.split(' | ')[1] for row in rows[2:6]] == ['controller', 'array alone', 'fixed', 'oracle'] and rows[0].startswith('| object')
 
 
 def test_an_unknown_object_is_refused(capsys):

@@ -18,9 +18,9 @@ from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_driver.simulation.sensors.gel import MATERIAL
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript, open_taxel_scene
-from tactile_perception.calibration.files.format import read_calibration
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.calibration_file import read_calibration
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 from tactile_perception.tools.calibrate import main as calibrate
 
 pytestmark = [pytest.mark.full, pytest.mark.slow, pytest.mark.timeout(1200)]
@@ -48,7 +48,7 @@ def touches(bag):
 
 
 def error_of(calibration, sensor_type):
-    """The error of a calibration at held-out presses: of places (m), of a finger in rad, of an array's forces relative."""
+    """The error of a calibration at held-out presses: of positions (m), of a finger in rad, of an array's forces relative."""
     names = {'touchpad': 'held_out_places_range_rms', 'psd_finger': 'left_out_mean', 'taxel_array': 'held_out_force_mean'}
     residuals = read_calibration(calibration, sensor_type).residuals
     return residuals['model']['place_mean'] if sensor_type in MARKER_SENSORS else residuals[names[sensor_type]]
@@ -131,13 +131,13 @@ def test_a_session_with_known_weights_ends_with_a_calibration(tmp_path):
     laid_on = [2.2 + 2.0 * k for k in range(len(levels))] + [steps[-2][0] + 0.2]  # s, when each lies
     weights = [abs(float(scene.render(t + 0.5)[1].wrench[2])) for t in laid_on]
     assert weights[-1] == 0 and max(weights) > 5
-    lab, told = Lab('taxel_array', tmp_path / 'mat.yaml', weights=weights, wrench=None, probe=None), 0
+    lab, confirmed = Lab('taxel_array', tmp_path / 'mat.yaml', weights=weights, wrench=None, probe=None), 0
     messages = [(stamp, topic, message) for stamp, topic, message in taxel_messages(scene, 20.0, 'palm') if topic == 'image_raw']
     for number, _ in enumerate(lab.play(messages)):
-        if told < len(laid_on) and number / 20.0 > laid_on[told]:
+        if confirmed < len(laid_on) and number / 20.0 > laid_on[confirmed]:
             lab.call('next')
-            told += 1
-    assert told == len(weights)
+            confirmed += 1
+    assert confirmed == len(weights)
     check_calibration(lab, 'taxel_array', 0.005)  # where weights lie apart, a load that is left out is less well known
 
 

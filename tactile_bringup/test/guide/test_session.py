@@ -49,15 +49,15 @@ def test_a_press_that_counts_has_its_place_its_depths_and_untouched_images_befor
     hand = Hand()
     hand.press(0.01, -0.005)
     press, = hand.taken
-    (place, depths), = hand.session.done
-    assert place == pytest.approx([0.01, -0.005]) and depths == pytest.approx([0.002, 0.004])
+    (position, depths), = hand.session.done
+    assert position == pytest.approx([0.01, -0.005]) and depths == pytest.approx([0.002, 0.004])
     assert len(press.rest) >= 5 and all(sample.tip[2] > 0 for sample in press.rest)
     assert len(press.touched) == 6 and all(min(abs(sample.tip[2] + depth) for depth in depths) < 5e-5 for sample in press.touched)
-    assert len(hand.session.open_places) == 11
+    assert len(hand.session.open_positions) == 11
 
 
 @pytest.mark.parametrize(('how', 'why'), [
-    ({'pause': 0.0}, 'without 1 s untouched'), ({'hold': 0.2}, 'never stood still'), ({'slide': 0.003}, 'slid')])
+    ({'pause': 0.0}, 'not untouched for 1 s'), ({'hold': 0.2}, 'never stood still'), ({'slide': 0.003}, 'slid')])
 def test_a_press_that_does_not_count_is_dropped_and_reported(how, why):
     hand = Hand()
     hand.press(**how)
@@ -68,9 +68,9 @@ def test_a_press_that_does_not_count_is_dropped_and_reported(how, why):
 
 def test_the_twelve_places_are_led_through():
     hand = Hand()
-    while hand.session.open_places:
-        hand.press(*hand.session.places[hand.session.open_places[0]])
-    assert len(hand.taken) == 12 and hand.session.advice == 'all places are pressed'
+    while hand.session.open_positions:
+        hand.press(*hand.session.positions[hand.session.open_positions[0]])
+    assert len(hand.taken) == 12 and hand.session.advice == 'all positions are pressed'
     green = hand.session.picture()
     assert ((green[..., 1] > 150) & (green[..., 0] < 100)).sum() > 12 * 150
 
@@ -118,20 +118,20 @@ def placed(points, offset, turn):
     return Rotation.from_rotvec(turn).apply(points) + offset
 
 
-def on_surface(surface, places):
-    """(N, 3) m, of a tip that just touches at places (N, 2), m, of the sensor frame."""
+def on_surface(surface, positions):
+    """(N, 3) m, of a tip that just touches at positions (N, 2), m, of the sensor frame."""
     if isinstance(surface, Fingertip):
-        return np.column_stack([places, np.sqrt(surface.radius**2 - (places**2).sum(1))])
-    return np.array([[x, y, surface.depth(np.array([x, y, 0.0]))] for x, y in places])
+        return np.column_stack([positions, np.sqrt(surface.radius**2 - (positions**2).sum(1))])
+    return np.array([[x, y, surface.depth(np.array([x, y, 0.0]))] for x, y in positions])
 
 
 def touches_of(surface, offset, turn, rng, seen=True, delay=0.0):
-    places = surface.places[::max(len(surface.places) // 12, 1)][:12]
-    tips = on_surface(surface, places)
+    positions = surface.positions[::max(len(surface.positions) // 12, 1)][:12]
+    tips = on_surface(surface, positions)
     away = np.array([surface.contact(tip)[1] for tip in tips])
     tips = placed(tips + (rng.normal(0, NOISE, (len(tips), 1)) - delay) * away, offset, turn)
     turned = rng.normal(0, 5e-3)  # rad, of the print, which is shifted too
-    dots = 0.8 * places @ [[1, turned], [-turned, 1]] + rng.normal(0, 5e-4, 2) + rng.normal(0, PLACE_NOISE, places.shape)
+    dots = 0.8 * positions @ [[1, turned], [-turned, 1]] + rng.normal(0, 5e-4, 2) + rng.normal(0, PLACE_NOISE, positions.shape)
     return [Touch(tip, 1e-4, dot if seen else NOWHERE) for tip, dot in zip(tips, dots)]
 
 
@@ -195,31 +195,31 @@ class Finder:
 
 def test_a_sheet_is_found_by_what_its_signal_shows():
     finder = Finder()
-    while finder.touches.open_places:
-        finder.touch(*finder.touches.places[finder.touches.open_places[0]])
+    while finder.touches.open_positions:
+        finder.touch(*finder.touches.positions[finder.touches.open_positions[0]])
     assert len(finder.touches.touches) == 12 and 'touched; lift' in finder.reported
     found = fit_mounting(finder.touches.touches, SURFACES['sheet'])
     off = errors(found, finder.offset, finder.turn)
     assert (np.abs(off) < 3 * found.sigma).all() and found.sigma[2] < 3e-5 and np.abs(off[2]) < 3e-5
     finder.touches.undo()
-    assert len(finder.touches.open_places) == 1
+    assert len(finder.touches.open_positions) == 1
 
 
-@pytest.mark.parametrize(('way', 'why'), [
+@pytest.mark.parametrize(('contact', 'why'), [
     (lambda finder: finder.touch(0, 0, speed=0.03), 'more slowly'),
-    (lambda finder: finder.go((0, 0, 1.5e-3), (0, 0, 1.5e-3), 2.0, raw=np.array([0, 0, -1e-3])), 'stood still'),
-    (lambda finder: setattr(finder, 'light', 50.0) or finder.go((0, 0, 1.5e-3), (0, 0, 1.5e-3), 25.0), 'light changed')])
-def test_a_touch_that_says_nothing_is_dropped_and_reported(way, why):
+    (lambda finder: finder.go((0, 0, 1.5e-3), (0, 0, 1.5e-3), 2.0, raw=np.array([0, 0, -1e-3])), 'did not move'),
+    (lambda finder: setattr(finder, 'light', 50.0) or finder.go((0, 0, 1.5e-3), (0, 0, 1.5e-3), 25.0), 'light has changed')])
+def test_a_touch_that_says_nothing_is_dropped_and_reported(contact, why):
     finder = Finder()
     finder.go((0, 0, 1.5e-3), (0, 0, 1.5e-3), 3.0)
-    way(finder)
+    contact(finder)
     finder.go((0, 0, 1.5e-3), (0, 0, 1.5e-3), 3.0)
     assert not finder.touches.touches and any('dropped' in each and why in each for each in finder.reported)
     finder.touch(0, 0)
     assert len(finder.touches.touches) == 1, 'the next one counts'
 
 
-def test_of_a_plate_with_holes_the_number_tells_the_place_and_the_collar_the_depth():
+def test_of_a_plate_with_holes_the_number_gives_the_position_and_the_collar_the_depth():
     finder, holes, collars = Finder(), np.array([[0.01, 0.005], [-0.015, 0.0]]), (0.002, 0.004)
     finder.touches = Holes(SURFACES['sheet'], holes, collars, finder.signal)
     above = (0.0, 0.0, 5e-3)
@@ -233,7 +233,7 @@ def test_of_a_plate_with_holes_the_number_tells_the_place_and_the_collar_the_dep
                 finder.go(held, above, 0.3)
             assert 'not held at its collar' in finder.reported[-3]
     assert finder.touches.advice == 'all holes are pressed'
-    assert [(*place, *depths) for place, depths in finder.touches.done] == [
+    assert [(*position, *depths) for position, depths in finder.touches.done] == [
         pytest.approx((*hole, depth)) for depth in collars for hole in holes]
     for press in finder.taken:
         assert len(press.touched) == 3 and 4 <= len(press.rest) <= 8

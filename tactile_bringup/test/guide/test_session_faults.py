@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What goes wrong in a lab while a session runs: it is told, the press is dropped, and those before and after it count."""
+"""What goes wrong in a lab while a session runs: it is reported, the press is dropped, and those before and after it count."""
 from itertools import chain
 
 import cv2
@@ -36,10 +36,10 @@ def press(number, x=0.0, jump=0.0, stops=False, stuck=False, shift=0):
         yield stamp, 'image_raw', image_to_message(Frame(np.roll(VIEW, shift, axis=1), stamp, 'mono8'), '', header)
 
 
-def test_each_fault_is_told_and_costs_its_own_press_alone(tmp_path, capfd):
-    faults = [({'stops': True}, '/tf does not tell where stage_tip is'), ({'jump': 0.027}, 'the probe jumped by 27.0 mm'),
-              ({'stuck': True}, 'the wrench stands still: the sensor is saturated or has stopped'),
-              ({'x': 0.031}, 'it is outside the surface'), ({'shift': 4}, 'the camera has moved by 2.5 % of its picture')]
+def test_each_fault_is_reported_and_costs_its_own_press_alone(tmp_path, capfd):
+    faults = [({'stops': True}, '/tf has no pose of stage_tip'), ({'jump': 0.027}, 'the probe jumped by 27.0 mm'),
+              ({'stuck': True}, 'the wrench does not change: the force sensor is saturated or has stopped'),
+              ({'x': 0.031}, 'the press is outside the surface'), ({'shift': 4}, 'the camera has moved by 2.5 % of its image')]
     lab = Lab('areal_single', tmp_path / 'palm.yaml', ahead=25)
     hows = [how for fault, _ in faults for how in ({}, fault)] + [{}]
     for _ in lab.play(chain.from_iterable(press(number, **how) for number, how in enumerate(hows))):
@@ -61,7 +61,7 @@ def test_a_probe_that_tf_does_not_know_is_reported_with_the_frames_that_it_knows
 
 def test_what_finds_no_sensor_is_refused(tmp_path):
     from tactile_driver.errors import BadArgument
-    for wrong, said in (({'find': 'true', 'mounting': None}, 'find wants'), ({'tip_radius': 0.0}, 'tip_radius')):
+    for wrong, said in (({'find': 'true', 'mounting': None}, 'find needs'), ({'tip_radius': 0.0}, 'tip_radius')):
         with pytest.raises(BadArgument, match=said):
             Lab('air_cushion', tmp_path / 'palm.yaml', **wrong)
         rclpy.shutdown()

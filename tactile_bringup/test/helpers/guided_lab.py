@@ -9,7 +9,7 @@ from waiting import until
 
 from tactile_bringup.nodes.calibrate_node import CalibrateNode
 from tactile_bringup.nodes.simulated_stage import BASE, MOUNTING, PROBE, SimulatedStage
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
 SHARE = get_package_share_directory('tactile_bringup')
 TIPS = {'touchpad': 0.008, 'air_cushion': 0.030}

@@ -38,7 +38,7 @@ from tactile_driver.errors import BadArgument, BadRecording
 from tactile_driver.nodes.runtime.run import EXIT_FAILURE
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
-from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 
 SOURCES = ('sim', 'device', 'file', 'bag')
 
@@ -322,11 +322,12 @@ def test_a_described_hand_has_one_publisher_of_its_frames(monkeypatch, has_publi
     publisher = Node(package='robot_state_publisher', executable='robot_state_publisher') if has_publisher else LogInfo(msg='missing')
     asked = []
     monkeypatch.setattr(launch_of_hand, 'optional', lambda *_args, **_how: [publisher])
-    monkeypatch.setattr(launch_of_hand, 'hand_node', lambda *given: asked.append(given) or LogInfo(msg=''))
+    monkeypatch.setattr(launch_of_hand, 'hand_node', lambda hand, **how: asked.append((hand, how)) or LogInfo(msg=''))
     found = hand_of_nodes(description=share('urdf', 'gripper.urdf.xacro'))
     assert [nodes[0] for nodes in processes_of(found)][:2] == ['taxel_array_node', 'camera_node']
     assert (publisher in found) == has_publisher
-    assert asked == [(share('urdf', 'gripper.urdf.xacro'), not has_publisher, True)]
+    how = {'publish_frames': not has_publisher, 'object': False, 'simulated_joints': True}
+    assert asked == [(share('urdf', 'gripper.urdf.xacro'), how)]
 
 
 def test_a_hand_and_a_description_are_one_too_many(tmp_path):

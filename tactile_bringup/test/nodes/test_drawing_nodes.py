@@ -22,8 +22,8 @@ from tactile_driver.nodes.runtime.defect_guard import DefectGuard
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.parameters.table import Parameter
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.common.messages import points_to_message
 from tactile_perception.common.surface_points import SurfacePoints
-from tactile_perception.nodes.messages.conversions import points_to_message
 
 MS = 1_000_000
 
@@ -87,17 +87,17 @@ class Lookers(DrawingNode):
         self.looking.append(self.marker_output.get_subscription_count())
 
 
-def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
+def test_subscribers_are_noticed_and_the_frame_is_latched(bench):
     made = []
     other, until = bench(lambda: made.append(Lookers()) or made[0])
     node = made[0]
-    node.publish_place('tip', 0.016)
-    places = []
-    other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-    assert until(lambda: places)
-    place = places[0].transforms[0]
-    assert (place.header.frame_id, place.child_frame_id) == ('pad', 'pad_tip')
-    assert place.transform.translation.z == 0.016 and place.transform.rotation.w == 1.0
+    node.publish_frame('tip', 0.016)
+    positions = []
+    other.create_subscription(TFMessage, '/tf_static', positions.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    assert until(lambda: positions)
+    position = positions[0].transforms[0]
+    assert (position.header.frame_id, position.child_frame_id) == ('pad', 'pad_tip')
+    assert position.transform.translation.z == 0.016 and position.transform.rotation.w == 1.0
     look = other.create_subscription(MarkerArray, 'markers', lambda _message: None, 10)
     assert until(lambda: node.looking[-1:] == [1])
     other.destroy_subscription(look)

@@ -4,6 +4,9 @@
 
 import itertools
 import os
+import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -20,6 +23,7 @@ from waiting import until
 
 from tactile_bringup.nodes.record_node import LiveBag, RecordNode
 from tactile_driver.errors import TactileError
+from tactile_driver.nodes.runtime.run import CLOSES_S
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import DotTracks
@@ -96,8 +100,8 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
     executor.add_node(node)
     said = sender.create_publisher(String, 'description', QoSProfile(depth=1, durability=latched))
     said.publish(String(data='source: device'))
-    places = sender.create_publisher(TFMessage, '/tf_static', QoSProfile(depth=1, durability=latched))
-    places.publish(TFMessage())
+    positions = sender.create_publisher(TFMessage, '/tf_static', QoSProfile(depth=1, durability=latched))
+    positions.publish(TFMessage())
     images = sender.create_publisher(Image, 'image_raw', best_effort)
     others = [(sender.create_publisher(kind, topic, 5), kind()) for topic, kind in (('/tf', TFMessage), ('/joint_states', JointState))]
     end, enough = time.monotonic() + 60, 40
@@ -106,8 +110,8 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
             publisher.publish(message)
         images.publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
         executor.spin_once(timeout_sec=0.05)
-        joined = all(one.get_subscription_count() for one in (said, places, images, *(publisher for publisher, _ in others)))
-        if not joined or not all(one.wait_for_all_acked(Duration()) for one in (said, places)):
+        joined = all(one.get_subscription_count() for one in (said, positions, images, *(publisher for publisher, _ in others)))
+        if not joined or not all(one.wait_for_all_acked(Duration()) for one in (said, positions)):
             enough = node.written + 200
     executor.shutdown()
     node.destroy_node()
@@ -128,3 +132,24 @@ def test_a_bag_that_exists_or_has_no_name_is_refused(tmp_path, name, message):
     with pytest.raises(TactileError, match=message):
         recorder(**({'bag': tmp_path / name} if name else {}))
     rclpy.try_shutdown()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize('hangs', ['rclpy.node.Node.destroy_node', 'rclpy.try_shutdown'])
+def test_middleware_that_hangs_after_the_bag_is_closed_holds_the_process_for_seconds_only(tmp_path, hangs):
+    program = f"""
+import threading, rclpy, rclpy.node
+from tactile_bringup.nodes.record_node import main
+{hangs} = lambda *_: threading.Event().wait()
+main()
+"""
+    process = subprocess.Popen([sys.executable, '-c', program, '--ros-args', '-p', f'bag:={tmp_path / "bag"}'], stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)
+    assert until((tmp_path / 'bag').exists, patience_s=60)
+    process.send_signal(signal.SIGINT)
+    assert 'messages recorded' in process.stdout.readline()
+    closed_s = time.monotonic()
+    error = process.communicate(timeout=60)[1]
+    assert process.returncode == 1 and 'threading.py' in error
+    assert time.monotonic() - closed_s < 2 * CLOSES_S
+    assert (tmp_path / 'bag' / 'metadata.yaml').exists()

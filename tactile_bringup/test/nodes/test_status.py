@@ -69,7 +69,7 @@ def reporter(beside):
 
 @pytest.mark.full
 def test_once_for_a_script(reporter, capsys, monkeypatch):
-    monkeypatch.setattr(status, '_LOOK_S', 0.5)
+    monkeypatch.setattr(status, '_COMPLETE_S', 0.5)
     assert until(lambda: main(['--once']) == 0)
     rows = [line.split() for line in capsys.readouterr().out.splitlines() if ' camera_node ' in line]
     assert rows[-1] == ['thumb', 'camera_node', 'running', '30.0', '-', '0.01', '3', '-', 'ok']

@@ -29,8 +29,9 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.common.messages import points_to_message
 from tactile_perception.common.surface_points import SurfacePoints
-from tactile_perception.nodes.messages.conversions import camera_matrices, points_to_message
+from tactile_perception.core.messages import camera_matrices
 
 
 def circle(radius, n=60, z=0.0):
@@ -139,9 +140,9 @@ def test_name_numbers_and_state_stand_in_front_of_the_sensor():
     text = lines(it.frame(HEADER, found))
     assert [line.text for line in text] == ['pad', '1.3 mm deep', '2.1 N', 'gross slip']
     assert (text[0].color.r, text[0].color.g, text[0].color.b) == pytest.approx(colours.STATE_COLOURS[2])
-    places = xyz(line.pose.position for line in text)
-    assert (places[:, :2] > 0.001).all(), 'towards the camera centre of the configurations'
-    steps = np.diff(places, axis=0) / text[0].scale.z
+    positions = xyz(line.pose.position for line in text)
+    assert (positions[:, :2] > 0.001).all(), 'towards the camera centre of the configurations'
+    steps = np.diff(positions, axis=0) / text[0].scale.z
     assert steps == pytest.approx(np.tile([0.0, 0.0, -1.7], (3, 1))), 'a marker a line, 1.7 letter heights apart'
     alone, = lines(it.frame(HEADER, {'dots': found['dots']}))
     assert alone.text == 'pad' and alone.pose == text[0].pose, 'the first line stays where it is when a contact begins'
@@ -155,9 +156,9 @@ def test_the_text_of_a_sensor_of_a_hand_is_short_and_beside_the_sensor():
     made = it.frame(HEADER, found)
     assert [line.text for line in lines(made)] == ['pad', '1.3 mm, 2.1 N'] and lines(made)[0].scale.z == 0.005
     assert [line.text for line in lines(made, 'warning')] == ['no frame for 2.0 ...']
-    places = xyz(line.pose.position for line in [*lines(made), *lines(made, 'warning')])
-    assert places[:, 1] == pytest.approx(places[0, 1]) and places[0, 1] < -0.006 - 0.015
-    assert np.diff(places[:, 0]) == pytest.approx([-1.7 * 0.005] * 2) and places[1, 0] == pytest.approx(0.0)
+    positions = xyz(line.pose.position for line in [*lines(made), *lines(made, 'warning')])
+    assert positions[:, 1] == pytest.approx(positions[0, 1]) and positions[0, 1] < -0.006 - 0.015
+    assert np.diff(positions[:, 0]) == pytest.approx([-1.7 * 0.005] * 2) and positions[1, 0] == pytest.approx(0.0)
 
 
 def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
@@ -253,8 +254,8 @@ def changed(image, ground=100):
     return (image != ground).any(axis=2)
 
 
-def dots_at(*places, moved=(0.0, 0.0), state=0):
-    uv = np.array(places, float)
+def dots_at(*positions, moved=(0.0, 0.0), state=0):
+    uv = np.array(positions, float)
     n = len(uv)
     return Annotation(0, 0, np.arange(n), uv, np.tile(moved, (n, 1)).astype(float), np.full(n, state), radius=3.0)
 
@@ -331,10 +332,10 @@ def test_places_in_a_stitched_picture_by_hand():
     """Two cameras 5 cm under the sheet and 4 cm apart, 10 px/mm: what lies 1 cm under it is seen a quarter further from the camera centre;
     what lies across the seam is drawn in one piece."""
     stitching = Stitching(camera_at(-0.02), camera_at(0.02), (1200, 900), 1e4, np.array([600.0, 450.0]), 600.0, (500.0, 100.0))
-    place = projection(None, [0.0] * 3, [0.0] * 3, stitching)
+    project = projection(None, [0.0] * 3, [0.0] * 3, stitching)
     for x, u in ((-0.03, 600 - 325), (0.03, 600 + 325)):
-        assert place(np.array([(x, 0.02, -0.01)]))[0] == pytest.approx((u, 450 + 250))
-    across = place(np.array([(-0.02, -0.01, 0.0), (-0.01, 0.0, -0.01), (0.01, 0.0, -0.01)]))
+        assert project(np.array([(x, 0.02, -0.01)]))[0] == pytest.approx((u, 450 + 250))
+    across = project(np.array([(-0.02, -0.01, 0.0), (-0.01, 0.0, -0.01), (0.01, 0.0, -0.01)]))
     assert across == pytest.approx(np.array([(400, 350), (600 - 75, 450), (600 + 175, 450)]))
 
 
@@ -376,7 +377,7 @@ def test_everything_lies_where_it_is():
 
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[2]
-SENSORS = 'touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array'
+SENSORS = 'touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array', 'force_taxels'
 ONE_CAMERA = {'touchpad', 'areal_single', 'air_cushion'}
 
 
@@ -396,7 +397,9 @@ def test_topics_and_frame_are_those_of_the_sensor(sensor):
               for each in page['Visualization Manager']['Displays'] if 'Topic' in each}
     expected = {('MarkerArray', 'markers', True), ('Image', 'image_annotated', True)}
     if sensor != 'psd_finger':
-        expected |= {('Image', 'image_raw', True), ('PointCloud2', 'points', False)}
+        expected.add(('PointCloud2', 'points', False))
+    if sensor not in ('psd_finger', 'force_taxels'):
+        expected.add(('Image', 'image_raw', True))
     if sensor in ONE_CAMERA:
         expected.add(('Camera', 'image_raw', False))
     assert topics == expected
@@ -420,7 +423,7 @@ def test_the_text_of_a_sensor_of_a_hand_is_upright_and_away_from_the_others():
         assert turned['text.up'] == pytest.approx([-1.0, 0.0, 0.0]), 'the hand z in a sensor frame'
     assert thumb['text.side'] == pytest.approx([0.0, 0.0, 1.0]), 'in front of the sensor'
     assert tip['text.side'] == pytest.approx([-0.3, 0.0, -1.0]), 'behind the sensor, and higher'
-    assert thumb['text.height'] == tip['text.height'] == pytest.approx(0.016 * 1.2 * (0.2 + 0.1))
+    assert thumb['text.height'] == tip['text.height'] == pytest.approx(0.018 * (0.2 + 0.1))
 
 
 def test_every_sensor_of_a_hand_has_its_markers_and_its_picture_in_the_frame_of_the_hand():

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import BadFrame, BadRecording
 from ..frame import Frame, PairFrame, frame_of
-from ..sources.source import NS, Clock, PlayedSource, natural_key, stamp_of
+from ..sources.source import NS, Clock, PlayedSource, natural_key
 
 IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
 _REMEDY = 'where a player shows it: ffmpeg -i VIDEO -c:v mjpeg -q:v 2 press.avi'
@@ -30,11 +30,11 @@ class FileSource(PlayedSource):
 
     def __init__(self, values: Mapping, clock: Clock):
         super().__init__(values, clock)
-        self._first_ns, self._number = None, 0
+        self._number = 0
 
     def open(self) -> None:
         """Open the recording at its start. Raises BadRecording if it is missing, empty or unreadable."""
-        self._first_ns, self._number = None, 0
+        self._number = 0
         super().open()
 
     def _items(self) -> Iterator[Item]:
@@ -86,18 +86,12 @@ class FileSource(PlayedSource):
         """Play at the rate of the recording, Hz, unless another one is asked for."""
         self.rate = self.rate if self.rate > 0 else rate
 
-    def _recorded(self, item: Item) -> tuple[int, tuple[int, Callable]]:
-        if self._first_ns is None:
-            self._first_ns = self._clock()
-        recorded_ns = self._first_ns + int(self._number * NS / self.rate)
+    def _recorded(self, item: Item) -> tuple[int, Callable]:
+        recorded_ns = int(self._number * NS / self.rate)
         self._number += 1
-        return recorded_ns, (recorded_ns, item[1])
+        return recorded_ns, item[1]
 
-    def _frame(self, content: tuple[int, Callable], due_ns: int) -> Frame | PairFrame:
-        recorded_ns, retrieve = content
-        return self._decoded(retrieve, stamp_of(due_ns, self._clock) if due_ns else recorded_ns)
-
-    def _decoded(self, retrieve: Callable, stamp_ns: int) -> Frame | PairFrame:
+    def _frame(self, retrieve: Callable, stamp_ns: int) -> Frame | PairFrame:
         return frame_of(*retrieve(), stamp_ns)
 
 
@@ -123,7 +117,7 @@ class TwoFilesSource(FileSource):
             left = next(sides[0], None) if left[0] == first else left
             right = next(sides[1], None) if right[0] == first else right
 
-    def _decoded(self, retrieve: tuple[Callable, Callable], stamp_ns: int) -> PairFrame:
+    def _frame(self, retrieve: tuple[Callable, Callable], stamp_ns: int) -> PairFrame:
         try:
             return PairFrame(*(frame_of(*each(), stamp_ns) for each in retrieve))
         except BadFrame:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import yaml
 from rclpy.duration import Duration
@@ -36,13 +36,31 @@ _MAX_WARNINGS = 10  # more do not fit a line of /diagnostics; hostile images giv
 _AND_MORE = 'there were more such problems; they are left out until the node is configured again'
 #: longest time that a recording with rate 0 waits for its subscribers' acknowledgement
 _ACKNOWLEDGE = Duration(seconds=1)
+#: s without a new subscription, after which a recording starts: a recorder subscribes to one topic after the other, and the perception
+#: subscribes to the images once somebody subscribes to its results; what is published in between would be lost
+_SETTLE_S = 0.5
 
 
 class Stream:
-    """Reads an open source in one thread and publishes in another; stop closes the source.
+    """Read an open source in one thread and publish in another.
 
-    node: publishes each frame; values: its parameters; warnings: about the data; capture: reads, and can be paused. over: whether the
-    recording has ended and its last frame is published.
+    Parameters
+    ----------
+    node : DriverNode
+        Its `publish` is called with each frame.
+    source : Source
+        An open source, which `stop` closes.
+    values : dict
+        The node's parameters.
+
+    Attributes
+    ----------
+    warnings : list of str
+        Warnings about the data, shown on /diagnostics.
+    capture : Capture
+        Reads the source, and can be paused.
+    over : bool
+        Whether the recording has ended and its last frame is published.
     """
 
     def __init__(self, node: DriverNode, source: Source, values: dict):
@@ -54,7 +72,7 @@ class Stream:
         self._stopped = self.over = False
         node.truth.offer(source.truths)
         self.describe()
-        self.capture = Capture(source, self._wanted, self._report, keep=node.keep)
+        self.capture = Capture(source, self._subscribers, self._report, keep=node.keep, settle=_SETTLE_S)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
         self._thread.start()
 
@@ -64,7 +82,13 @@ class Stream:
         return {'source': self.values['source'], **self.source.describe()}
 
     def describe(self, **known) -> None:
-        """Publish the description of the sensor if it changed, with what is known besides, now or from an earlier call."""
+        """Publish the description of the sensor if it changed.
+
+        Parameters
+        ----------
+        **known
+            What the description has besides that of the source, kept for later calls.
+        """
         self._known |= known
         about = {'sensor_type': self.values['sensor_type'], 'frame_id': self.values['frame_id'], **_constant(self.about), **self._known}
         text = yaml.safe_dump(about, sort_keys=False)
@@ -73,7 +97,13 @@ class Stream:
             self._node.description.publish(String(data=text))
 
     def warn(self, text: str) -> None:
-        """Log a warning about the data once, '' for none, and report it on /diagnostics from now on."""
+        """Log a warning about the data once, and report it on /diagnostics from now on.
+
+        Parameters
+        ----------
+        text : str
+            The warning; '' for none.
+        """
         if len(self.warnings) >= _MAX_WARNINGS:
             text = _AND_MORE
         if text and text not in self.warnings:
@@ -81,7 +111,7 @@ class Stream:
             self._log.warning(text, text)
 
     def health(self, meter=None) -> Health:
-        """For /diagnostics; meter: see capture_health."""
+        """Return what /diagnostics shows; meter is that of capture_health."""
         if self.source.note:
             self._node.get_logger().info(self.source.note, once=True)
         warning = '; '.join(text for text in (self.source.warning, *self.warnings) if text)
@@ -93,13 +123,13 @@ class Stream:
         self.capture.stop()
         self._thread.join(timeout=5.0)
 
-    def _wanted(self) -> bool:
+    def _subscribers(self) -> int:
         try:
-            return self._node.wanted
+            return self._node.subscribers
         except RuntimeError:  # ROS may shut down before this thread ends
             if self._node.context.ok():
                 raise
-            return False
+            return 0
 
     @property
     def waited_s(self) -> float:
@@ -123,7 +153,7 @@ class Stream:
             try:
                 self._node.publish(self, frame)
                 if self.source.on_demand:
-                    for publisher in self._node.raw:
+                    for publisher in self._node.streams:
                         publisher.wait_for_all_acked(_ACKNOWLEDGE)
             except Exception as error:  # the thread must survive a frame that cannot be published
                 if not self._node.context.ok():
@@ -132,25 +162,45 @@ class Stream:
 
 
 def _constant(about: dict) -> dict:
-    """What of a source's description does not change while it runs."""
+    """Return what of a source's description does not change while it runs."""
     return {name: _constant(value) if isinstance(value, dict) else value for name, value in about.items()
             if name not in COUNTS and name != 'idle'}
 
 
 #: s that a node stays after the end of a recording; /diagnostics says so at least once, and nodes in other processes finish what
-#: waits for them, which is never older than some tenths of a second (tactile_perception/work_log.py)
+#: waits for them, which is never older than some tenths of a second (tactile_perception/core/work_log.py)
 _FAREWELL_S = 2.0
 _SUPERVISION_S = 0.1  # a device that is plugged in again is open within a frame or two of a slow camera
 
 
 class DriverNode(LifecycleNode):
-    """configure opens the source, activate publishes, deactivate pauses, cleanup closes; with autostart the node does the first two itself.
+    """A lifecycle node that publishes what a source reads. Subclasses set `raw`, and define `open_source` and `publish`.
 
-    A start parameter that cannot be used ends the process (the supervision timer raises a TactileError). The node waits for a missing
+    Its transition configure opens the source, activate publishes, deactivate pauses, and cleanup closes the source; with the parameter
+    `autostart` the node does the first two itself.
+
+    Parameters
+    ----------
+    name : str
+        Name of the node.
+    table : sequence of Parameter
+        Its parameters.
+    kind : str
+        Kind of hardware, shown on /diagnostics.
+    host : Host, optional
+        What the nodes of one process share.
+
+    Attributes
+    ----------
+    keep : int
+        Number of newest frames of a live source that wait to be published.
+    raw : list of SharedPublisher
+        Publishers of the raw data.
+
+    Notes
+    -----
+    A start parameter that cannot be used ends the process: the supervision timer raises a TactileError. The node waits for a missing
     device, and reports a wrong parameter that was set later.
-
-    name: of the node; table: its parameters; kind: of hardware, shown in /diagnostics; host: of the process. keep: number of newest frames
-    of a live source that wait to be published. Subclasses set raw, the publishers of the raw data, and define open_source and publish.
     """
 
     keep = 1
@@ -173,18 +223,52 @@ class DriverNode(LifecycleNode):
         guard_services(self)
 
     def open_source(self, values: dict) -> Source:
-        """The source for the parameters' values, open. Raises TactileError if it cannot be opened."""
+        """Open the source that the parameters name.
+
+        Parameters
+        ----------
+        values : dict
+            The node's parameters.
+
+        Returns
+        -------
+        Source
+            The open source.
+
+        Raises
+        ------
+        TactileError
+            If it cannot be opened; DeviceLost if its device is missing.
+        """
         raise NotImplementedError
 
     def opened(self, sources: Sources, values: dict) -> Source:
-        """The one of these sources that the parameters' values name, open. Raises TactileError."""
+        """Open the one of some sources that the parameter `source` names.
+
+        Parameters
+        ----------
+        sources : Sources
+            A table of sources.
+        values : dict
+            The node's parameters.
+
+        Returns
+        -------
+        Source
+            The open source.
+
+        Raises
+        ------
+        TactileError
+            If the parameters contradict each other, or it cannot be opened.
+        """
         check_together(values)
-        source = make_source(sources, values, self.now_ns)
+        source = make_source(sources, values | {'simulated_time': self.get_parameter('use_sim_time').value}, self.now_ns)
         source.open()
         return source
 
     def publish(self, stream: Stream, frame) -> None:
-        """Publish a frame of the stream; called in its thread."""
+        """Publish a frame of the stream. It is called in the stream's thread."""
         raise NotImplementedError
 
     def publish_truth(self, stream: Stream, truth: TruthFrame | RecordedTruth | None, stamp_ns: int) -> None:
@@ -196,21 +280,26 @@ class DriverNode(LifecycleNode):
             self.truth.publish(truth, 1 / stream.source.describe()['rate'], header_of(stamp_ns, frame_id))
 
     @property
-    def wanted(self) -> bool:
-        """Whether any of the topics has a subscriber."""
-        return any(publisher.get_subscription_count() for publisher in self.raw) or bool(self.truth.wanted)
+    def subscribers(self) -> int:
+        """Number of subscriptions to the raw data and the ground truth."""
+        return sum(publisher.get_subscription_count() for publisher in self.raw) + self.truth.subscribers
 
     def health(self, stream: Stream) -> Health:
-        """For /diagnostics."""
+        """Return what /diagnostics shows."""
         return stream.health()
 
     def create_lifecycle_publisher(self, *args, **kwargs) -> SharedPublisher:
-        """A lifecycle publisher that nodes of the same process may attach to."""
+        """Make a lifecycle publisher that nodes of the same process may attach to."""
         return self._host.publisher(super().create_lifecycle_publisher(*args, **kwargs))
 
     @property
+    def streams(self) -> Iterable[SharedPublisher]:
+        """The publishers of the raw data, and of what the nodes of this process compute from them."""
+        return self._host.publishers or self.raw
+
+    @property
     def raw_qos(self) -> QoSProfile:
-        """Of raw data, of which keep messages may wait for a subscriber.
+        """Quality of service of raw data, of which `keep` messages may wait for a subscriber.
 
         A recording of rate 0 waits until each message is acknowledged. Fast DDS asks for that at once if its history is full, else only
         every 3 s: the depth is 1.
@@ -218,7 +307,13 @@ class DriverNode(LifecycleNode):
         return STREAM_QOS if self._settings['rate'] == 0 else QoSProfile(depth=self.keep)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Open the source. FAILURE if it is missing or a parameter is wrong: the node stays unconfigured and reports why."""
+        """Open the source.
+
+        Returns
+        -------
+        TransitionCallbackReturn
+            FAILURE if the source is missing or a parameter is wrong: the node stays unconfigured and reports why.
+        """
         try:
             if self._settings.problems:
                 raise BadArgument('; '.join(self._settings.problems.values()) + '; correct it with ros2 param set, or start again')
@@ -294,8 +389,13 @@ class DriverNode(LifecycleNode):
         return self._refusal is not None and not self._tried and self._settings['autostart']
 
     def _supervise(self) -> None:
-        """Configure and activate with autostart; retry after a missing device or a changed parameter. Raises TactileError if a start
-        parameter cannot be used."""
+        """Configure and activate with autostart; retry after a missing device or a changed parameter.
+
+        Raises
+        ------
+        TactileError
+            If a start parameter cannot be used.
+        """
         if not self._settings['autostart'] or self._stream is not None:
             self._supervision.cancel()
         elif time.monotonic() >= self._next_try:

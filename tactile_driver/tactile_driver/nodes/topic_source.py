@@ -4,23 +4,25 @@
 from __future__ import annotations
 
 import posixpath
-import threading
-from collections import deque
+import time
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from ..errors import BadArgument
 from ..frame import COMPRESSED, CameraCalibration, Frame, calibration_of_info
-from ..sources.source import NS, NothingYet, Source
+from ..sources.source import NS, Source
 from ..stamp_gaps import StampGaps
 from .messages.conversions import frame_of_message
+from .received_messages import ReceivedMessages
 from .runtime.host import AdaptiveSubscription
 
-_MAX_WAIT_S = 0.1  # of one read
 _MAX_QUEUE = 4  # frames; the pairing keeps 8 more
 _QUEUE = QoSProfile(depth=10)
+#: Reliable where it is offered: of a player that also sends large images the camera_info was lost for 10 s on a busy machine.
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_PATIENCE_S = 5.0  # that the first image waits for a camera_info that is published; discovery by Fast DDS can take seconds
 
 
 class TopicSource(Source):
@@ -38,20 +40,21 @@ class TopicSource(Source):
             raise BadArgument(f"topic: {topic} is what this node publishes; give the camera's driver another namespace, or name its topic")
         self._node, self._topic = node, topic
         self._info: CameraCalibration | None = None
-        beside = posixpath.join(posixpath.dirname(raw), 'camera_info')
-        self._informed = node.create_subscription(CameraInfo, beside, self._note, qos_profile_sensor_data)
+        self._is_informed, self._first_s = False, 0.0
+        self._beside = posixpath.join(posixpath.dirname(raw), 'camera_info')
+        self._infos = AdaptiveSubscription(node, CameraInfo, self._beside, self._note, _LATCHED)
         self._image: AdaptiveSubscription | None = None
         self._gaps = StampGaps(topic)
-        self._queue: deque[Image | CompressedImage] = deque()
-        self._arrived = threading.Condition()
+        self._received = ReceivedMessages(self, _MAX_QUEUE)
 
     def open(self) -> None:
         """Do nothing: read subscribes."""
 
-    def _note(self, message: CameraInfo) -> None:
+    def _note(self, message: CameraInfo, _received_ns: int) -> None:
         calibration = calibration_of_info(message)
         if calibration != self._info:
             self._info = calibration
+        self._is_informed = True
 
     def calibrations(self) -> tuple[CameraCalibration | None]:
         """What camera_info said last, None where it is not calibrated."""
@@ -60,11 +63,14 @@ class TopicSource(Source):
     def read(self, wanted: bool = True) -> Frame | None:
         """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
         self._subscribe(wanted)
-        with self._arrived:
-            if not self._arrived.wait_for(lambda: self._queue, _MAX_WAIT_S):
-                raise NothingYet
-            message = self._queue.popleft()
-        return frame_of_message(message, f'the image of {self._topic}')
+        return frame_of_message(self._received.next(lambda: not self._is_early()), f'the image of {self._topic}')
+
+    def _is_early(self) -> bool:
+        """Whether the first image still waits for the camera_info that somebody publishes."""
+        if self._is_informed or not self._node.count_publishers(self._beside):
+            return False
+        self._first_s = self._first_s or time.monotonic()
+        return time.monotonic() - self._first_s < _PATIENCE_S
 
     def _subscribe(self, wanted: bool) -> None:
         if wanted and self._image is None:
@@ -73,23 +79,16 @@ class TopicSource(Source):
         elif not wanted and self._image is not None:
             self._image.close()
             self._image = None
-            self._queue.clear()
+            self._received.clear()
 
     def _take(self, message: Image | CompressedImage, _received_ns: int) -> None:
-        with self._arrived:
-            self._gaps.add(message.header.stamp.sec * NS + message.header.stamp.nanosec)
-            self._queue.append(message)
-            if len(self._queue) > _MAX_QUEUE:
-                self._queue.popleft()
-                self.skipped += 1
-            self._arrived.notify_all()
+        self._gaps.add(message.header.stamp.sec * NS + message.header.stamp.nanosec)
+        self._received.add(message)
 
     def close(self) -> None:
         """Unsubscribe."""
         self._subscribe(False)
-        if self._informed is not None:
-            self._node.destroy_subscription(self._informed)
-            self._informed = None
+        self._infos.close()
 
     def describe(self) -> dict:
         """The topic, whether it is idle (not subscribed), the number of lost frames, counted by gaps in the stamps, and of those that

@@ -29,6 +29,12 @@ def decode(data: bytes, type_name: str):
         raise BadFrame(f'{len(data)} bytes are no {type_name}: {error}') from error
 
 
+def header_stamp_ns(data: bytes) -> int:
+    """Stamp, ns, of a serialised (CDR) message that begins with a header; the message is not decoded."""
+    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
+    return seconds * 10**9 + nanoseconds
+
+
 def encode(message) -> tuple[str, bytes]:
     """Type name and CDR bytes; equal messages give equal bytes: padding, which the middleware leaves as it was in memory, is
     zero, and the unused end of its buffer is cut off."""

@@ -17,9 +17,11 @@ from ..errors import BadArgument
 class CountFrame:
     """Converter counts of one frame.
 
-    values: (rows, columns), unsigned; a row is one sample of all channels, or one row of a matrix; time_us: device clock at the first row,
+    values: (rows, columns), unsigned; a row is one sample of all channels, or one row of a matrix; of vectors: (taxels, 3), signed numbers
+    or floats; time_us: device clock at the first row,
     us, modulo 2**32, None if the frame has no time; interval_ns: time between two rows, ns, 0 if all rows have the same time, None if
-    unknown; sequence: number of the frame, modulo 2**32, None without one; bits: resolution of the converter.
+    unknown; sequence: number of the frame, modulo 2**32, None without one; bits: resolution of the converter; of
+    vectors: 16 for whole numbers, 32 for floats.
     """
 
     values: np.ndarray
@@ -48,7 +50,7 @@ class FrameCounts:
 
 
 # The values below are those of the protocol, doc/serial_protocol.md.
-SAMPLES, MATRIX = 1, 2
+SAMPLES, MATRIX, VECTORS = 1, 2, 3
 SYNC, END = b'\xa5\x5a', 0x7e
 LARGEST = 256
 _HEADER = struct.Struct('<2sBBIIIBB')
@@ -59,12 +61,19 @@ _START = 0xffff
 _MAX_GAP = 2**16  # frames; a longer one is a restart
 
 
-_KINDS = {SAMPLES: 'samples', MATRIX: 'a matrix'}
+_KINDS = {SAMPLES: 'samples', MATRIX: 'a matrix', VECTORS: 'vectors'}
+
+
+def _number(kind: int, bits: int) -> str:
+    """NumPy type of a number of a frame, '' for one that the protocol does not have."""
+    if kind == VECTORS:
+        return {16: '<i2', 32: '<f4'}.get(bits, '')
+    return '' if not 8 <= bits <= 16 else '<u1' if bits == 8 else '<u2'
 
 
 def frame_size(rows: int, columns: int, bits: int) -> int:
     """Length of a frame of rows x columns counts, bytes."""
-    return _HEAD + rows * columns * (1 if bits == 8 else 2) + _TAIL
+    return _HEAD + rows * columns * (1 if bits == 8 else 2 if bits <= 16 else 4) + _TAIL
 
 
 def write_frame(frame: CountFrame, kind: int) -> bytes:
@@ -72,11 +81,13 @@ def write_frame(frame: CountFrame, kind: int) -> bytes:
     values = np.asarray(frame.values)
     if values.ndim != 2 or not 0 < min(values.shape) <= max(values.shape) <= LARGEST:
         raise BadArgument(f'frame: values have shape {values.shape}; rows and columns must be 1 to {LARGEST}')
-    if not 8 <= frame.bits <= 16 or values.min() < 0 or values.max() >> frame.bits:
-        raise BadArgument(f'frame: {frame.bits} bits for counts of {values.min()} to {values.max()}; bits must be 8 to 16, and enough')
+    number = _number(kind, frame.bits)
+    if not number or kind != VECTORS and (values.min() < 0 or values.max() >> frame.bits):
+        raise BadArgument(f'frame: {frame.bits} bits for counts of {values.min()} to {values.max()}; bits must be 8 to 16, and enough; of '
+                          'vectors 16 or 32')
     rows, columns = values.shape
     head = _HEADER.pack(SYNC, kind, frame.bits, frame.sequence % 2**32, frame.time_us % 2**32, frame.interval_ns, rows - 1, columns - 1)
-    payload, check = values.astype('<u1' if frame.bits == 8 else '<u2').tobytes(), crc_hqx(head, _START)
+    payload, check = values.astype(number).tobytes(), crc_hqx(head, _START)
     return b''.join((head, _CHECK.pack(check), payload, _CHECK.pack(crc_hqx(payload, check)), bytes([END])))
 
 
@@ -87,8 +98,8 @@ class BinaryReader:
     so a header is never combined with the payload of another frame. After a corrupted frame the search resumes inside it, so no intact
     frame is lost.
 
-    kind: SAMPLES or MATRIX; rows, columns: 1 to 256, None for any; frames of others are refused. counts: counters to continue, None for
-    new ones.
+    kind: SAMPLES, MATRIX or VECTORS; rows, columns: 1 to 256, None for any; frames of others are refused. counts: counters to continue,
+    None for new ones.
     """
 
     def __init__(self, kind: int, rows: int | None = None, columns: int | None = None, counts: FrameCounts | None = None):
@@ -132,7 +143,7 @@ class BinaryReader:
         _, kind, bits, sequence, time_us, interval_ns, rows, columns = _HEADER.unpack(head)
         shape = rows + 1, columns + 1
         fits = kind == self._kind and all(wanted in (None, found) for wanted, found in zip(self._shape, shape))
-        if not fits or not 8 <= bits <= 16:
+        if not fits or not _number(kind, bits):
             self.counts.refused += 1
             self.counts.stranger = f'{_KINDS.get(kind, f"kind {kind}")} of {shape[0]} x {shape[1]} values of {bits} bits'
             return len(SYNC), None
@@ -143,7 +154,7 @@ class BinaryReader:
         if buffer[offset + size - 1] != END or _CHECK.unpack_from(buffer, offset + size - _TAIL)[0] != crc_hqx(payload, check):
             self.counts.bad_crc += 1
             return len(SYNC), None
-        values = np.frombuffer(payload, '<u1' if bits == 8 else '<u2').reshape(shape)
+        values = np.frombuffer(payload, _number(kind, bits)).reshape(shape)
         if bits < 16 and values.max() >> bits:
             self.counts.refused += 1
             return len(SYNC), None

@@ -14,14 +14,25 @@ NO_SLIP, INCIPIENT, GROSS = 0, 1, 2
 
 
 def slip_state_of(fraction: float) -> int:
-    """Of a contact of which this fraction slips."""
+    """Return NO_SLIP, INCIPIENT or GROSS of a contact of which this fraction slips."""
     return NO_SLIP if fraction < 0.05 else INCIPIENT if fraction < 0.9 else GROSS
 
 
 @dataclass
 class Touch:
-    """One contact. position: (3,) m, contact point on the deformed surface; normal: (3,) unit, towards the object; depth: m, distance along
-    z by which the object must retract to just touch the undeformed surface; force: N, along the normal."""
+    """One contact.
+
+    Attributes
+    ----------
+    position : ndarray, shape (3,)
+        Contact point on the deformed surface, in m.
+    normal : ndarray, shape (3,)
+        Unit vector towards the object.
+    depth : float
+        Distance along z by which the object must retract to just touch the undeformed surface, in m.
+    force : float
+        Force along the normal, in N.
+    """
 
     position: np.ndarray
     normal: np.ndarray
@@ -37,18 +48,44 @@ def _unknown(count: int) -> np.ndarray:
 class TruthFrame:
     """Ground truth of one frame, in the sensor frame.
 
-    dot_id: (K,) int64, row * columns + column; dot_uv: (K, 2) px, image of the dot's centre, of wide
-    markers the centroid of its image; dot_xyz: (K, 3) m; dot_state: (K,) uint8,
-    NON_CONTACT, STICKING or SLIPPING over the interval since the previous frame; outlines, holes: lists of (n, 3) arrays, m;
-    area: m^2, without holes; centroid (3,) m and normal (3,) of the region, NaN without contact; contacts: list of Touch;
-    slip_state: of slip_state_of; slipping_fraction: of the contact area;
-    velocity: (6,) m/s and rad/s, slip twist of the object relative to the skin, at the sensor frame's origin, 0 without slip, NaN without
-    contact; rotation_center: (3,) m, centre of rotation of that twist in the contact plane, NaN for pure translation;
-    motion: (6,) m and rad, displacement of the object since the previous frame, at the sensor frame's origin, NaN without contact;
-    pose: (6,), the same since the frame in which it touched;
-    wrench: (6,) N and N m, of the object on the sensor at the sensor frame's origin; pressure: Pa, gauge pressure inside the skin;
-    dot_gap: (K,) m, distance of each dot from the object, inf without contact, None if unknown;
-    tip: (3,) m, lowest point of a round tip that is near, whether it touches or not, NaN of none.
+    Attributes
+    ----------
+    dot_id : ndarray of int64, shape (K,)
+        row * columns + column of each dot.
+    dot_uv : ndarray, shape (K, 2)
+        Image of the dot's centre, of wide markers the centroid of its image, in px.
+    dot_xyz : ndarray, shape (K, 3)
+        Positions, in m.
+    dot_state : ndarray of uint8, shape (K,)
+        NON_CONTACT, STICKING or SLIPPING over the interval since the previous frame.
+    outlines, holes : list of ndarray, shape (n, 3)
+        Borders of the contact region, in m.
+    area : float
+        Area without holes, in m^2.
+    centroid, normal : ndarray, shape (3,)
+        Those of the region, the first in m; NaN without contact.
+    contacts : list of Touch
+        The separate contacts.
+    slip_state : int
+        As of `slip_state_of`.
+    slipping_fraction : float
+        Slipping share of the contact area.
+    velocity : ndarray, shape (6,)
+        Slip twist of the object relative to the skin at the sensor frame's origin, in m/s and rad/s; 0 without slip, NaN without contact.
+    rotation_center : ndarray, shape (3,)
+        Centre of rotation of that twist in the contact plane, in m; NaN for pure translation.
+    motion : ndarray, shape (6,)
+        Displacement of the object since the previous frame at the sensor frame's origin, in m and rad; NaN without contact.
+    pose : ndarray, shape (6,)
+        The same since the frame in which it touched.
+    wrench : ndarray, shape (6,)
+        Wrench of the object on the sensor at the sensor frame's origin, in N and N m.
+    pressure : float
+        Gauge pressure inside the skin, in Pa.
+    dot_gap : ndarray, shape (K,), or None
+        Distance of each dot from the object, in m; inf without contact, None if unknown.
+    tip : ndarray, shape (3,)
+        Lowest point of a round tip that is near, whether it touches or not, in m; NaN of none.
     """
 
     dot_id: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -75,21 +112,31 @@ class TruthFrame:
 
 @dataclass
 class SimulatedFrame:
-    """One frame of a scene: image (height, width, 3) uint8 BGR and its truth."""
+    """One frame of a scene.
+
+    Attributes
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR image.
+    truth : TruthFrame
+        Its ground truth.
+    """
 
     image: np.ndarray
     truth: TruthFrame
 
 
 class FramesInOrder(Generic[Known]):
-    """What is known of a scene's frames, each computed after those before it and kept. Subclasses set frames, those of a round, and _known,
-    a list, and implement _next, which computes what comes next."""
+    """What is known of a scene's frames, each computed after those before it and kept.
+
+    Subclasses set `frames`, the number of those of a round, and `_known`, a list, and implement `_next`, which computes what comes next.
+    """
 
     frames: int
     _known: list[Known]
 
     def observe(self, number: int) -> Known:
-        """What is known of the frame number; the scene repeats."""
+        """Return what is known of the frame of that number; the scene repeats."""
         while self.observe_ahead(number % self.frames):
             pass
         return self._known[number % self.frames]

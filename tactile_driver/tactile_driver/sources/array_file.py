@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings of taxel arrays without ROS: .npz, .npy, text tables, and folders of them. Each becomes frames of whole numbers."""
+"""Recordings of taxels without ROS: .npz, .npy, text tables, and folders of them. Pressure arrays become frames of whole numbers."""
 from __future__ import annotations
 
 import re
@@ -28,6 +28,7 @@ _COUNT = re.compile(r'(|#|n|no|id|unnamed.*|.*index|.*frame.*|sample.*|seq.*|cou
 _UNIT = re.compile('(?<![a-z])([mun]s)(?![a-z])', re.IGNORECASE)
 _UNITS = {'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}  # s
 _EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))  # a time without a unit that is larger counts nano-, micro- or milliseconds since 1970
+_CLOCK = re.compile(r'\d+:\d+:\d+(\.\d+)?')  # a time of day
 _MARK = re.compile(r'\W*(frame|@@|end)', re.IGNORECASE)  # a line between frames, as Tekscan's exports have
 _LARGEST = 2**16 - 1  # value of a mono16 image
 _SAMPLE = 1_000_000  # values from which the smallest difference is taken
@@ -83,6 +84,60 @@ def read_array_file(path: Path, values: Mapping) -> ArrayRecording:
             text = 'it holds Python objects; save plain numbers: numpy.save(path, array.astype(float))'
         raise BadRecording(f'path: {path} cannot be read: {text}') from error
     return _counts(frames, stored.times, bool(values['inverted']))
+
+
+def read_vector_file(path: Path, count: int, columns: str = '', topic: str = '') -> tuple[np.ndarray, np.ndarray | None]:
+    """The numbers of taxels that measure three each, from a file.
+
+    Parameters
+    ----------
+    path : Path
+        An ``.npz`` with an array of frames and maybe times ``t``, ``stamps`` (s) or ``t_ms``; an ``.npy``; or a table as text, a line a
+        frame, with names above the columns or without.
+    count : int
+        Number of taxels.
+    columns : str
+        Regular expression of the names of the columns to read; empty, all but those of times and counts.
+    topic : str
+        Name of the array in an ``.npz``; empty if there is only one.
+
+    Returns
+    -------
+    frames : ndarray, shape (N, 3 * count)
+    times : ndarray, shape (N,), or None
+        In s.
+
+    Raises
+    ------
+    BadRecording
+        With what the file holds, what is expected, and which parameter to set.
+    """
+    try:
+        values = {'rows': count, 'columns': len(AXES), 'transposed': False, 'topic': topic}
+        stored = _vector_table(path, count, columns) if path.suffix.lower() in TABLES else _file(path, values)
+        frames = stored.frames.reshape(len(stored.frames), -1).astype(float)
+        if frames.shape[1] != len(AXES) * count:
+            raise BadRecording(f'a frame has {frames.shape[1]} numbers, {count} taxels have {len(AXES) * count}; set layout to the file of '
+                               'this device, or columns to the names of the columns of its taxels')
+        if stored.times is not None and len(stored.times) != len(frames):
+            raise BadRecording(f'it holds {len(frames)} frames but {len(stored.times)} times')
+    except (OSError, ValueError, BadZipFile, re.error) as error:  # a BadRecording is a ValueError, too
+        raise BadRecording(f'path: {path} cannot be read: {error}') from error
+    return frames, stored.times
+
+
+def _vector_table(path: Path, count: int, columns: str) -> _Stored:
+    """A line a frame, of the columns whose names match the expression."""
+    names, table = _numbers(path)
+    marks = [k for k, name in enumerate(names) if _TIME.search(name)]
+    if columns:
+        kept = [k for k, name in enumerate(names) if re.fullmatch(columns, name)]
+    else:
+        kept = [k for k in range(table.shape[1]) if not names or k not in marks and not _COUNT.fullmatch(names[k])]
+        if not names and len(kept) == len(AXES) * count + 1:  # a time before the numbers
+            marks, kept = [0], kept[1:]
+    times = _seconds(table[:, marks[0]], names[marks[0]] if names else '') if marks else None
+    return _Stored(table[:, kept], times, f'{len(kept)} numbers')
 
 
 def _folder(path: Path, values: Mapping) -> _Stored:
@@ -194,7 +249,7 @@ def _numbers(path: Path) -> tuple[list[str], np.ndarray]:
 
 
 def _number(field: str, separator: str | None) -> float:
-    """A number; an empty field is NaN; a date and time counts seconds since 1970."""
+    """A number; an empty field is NaN; a date and time counts seconds since 1970, a time of day since midnight."""
     if not field:
         return np.nan
     try:
@@ -202,6 +257,9 @@ def _number(field: str, separator: str | None) -> float:
     except ValueError:
         if field[:4].isdigit() and '-' in field:
             return datetime.fromisoformat(field.strip('"').replace('Z', '+00:00')).timestamp()
+        if _CLOCK.fullmatch(field):
+            hours, minutes, seconds = map(float, field.split(':'))
+            return 3600 * hours + 60 * minutes + seconds
         raise
 
 
@@ -215,6 +273,8 @@ def _arranged(stored: _Stored, values: Mapping) -> np.ndarray:
     """Frames (N, rows, columns) as sent, of stored frames."""
     shape, layout, frames = sent_shape(values), _layout(values), stored.frames
     rows, columns = shape
+    if not frames.size:
+        raise BadRecording('it holds no frame with a number in it')
     flat = frames.reshape(len(frames), -1)
     size = flat.shape[1]
     if layout:

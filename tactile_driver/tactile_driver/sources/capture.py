@@ -83,14 +83,16 @@ class CaptureStatus:
 class Capture:
     """Reads an open source in a thread of its own.
 
-    source: opened by the caller, closed by stop; wanted: returns whether frames are wanted; report: called with (level 'error' or 'info',
-    text) on a failure and its end; changed: notified of each frame, to wait for several captures at once; lost: why the source is
-    not open yet, ''; keep: number of newest frames of a live source that wait to be taken.
+    source: opened by the caller, closed by stop; subscribers: returns the number of those who want frames; report: called with (level
+    'error' or 'info', text) on a failure and its end; changed: notified of each frame, to wait for several captures at once; lost: why the
+    source is not open yet, ''; keep: number of newest frames of a live source that wait to be taken; settle: time, s, for which the number
+    of subscribers must not have changed before a recording starts.
     """
 
-    def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None],
-                 changed: threading.Condition | None = None, lost: str = '', keep: int = 1):
-        self._source, self._wanted, self._report = source, wanted, report
+    def __init__(self, source: Source, subscribers: Callable[[], int], report: Callable[[str, str], None],
+                 changed: threading.Condition | None = None, lost: str = '', keep: int = 1, settle: float = 0.0):
+        self._source, self._subscribers, self._report = source, subscribers, report
+        self._settle, self._last_count, self._count_changed_s = settle, 0, -math.inf
         self._slot = FrameQueue(keep)
         self._changed = changed or threading.Condition()
         self._stopped, self._active = threading.Event(), threading.Event()
@@ -171,14 +173,16 @@ class Capture:
         """Whether to read the source now."""
         active = self._active.is_set()
         self._set(state='running' if active else 'paused')
-        wanted = active and self._wanted()
-        # A recording starts with the first subscriber: the perception needs its untouched start as reference.
-        self._begun = self._begun or wanted
-        return self._source.live or wanted or (active and self._begun and not self._source.on_demand)
+        count, now = self._subscribers() if active else 0, time.monotonic()
+        if count != self._last_count:
+            self._last_count, self._count_changed_s = count, now
+        # A recording starts with its subscribers: the perception needs its untouched start as reference.
+        self._begun = self._begun or (count > 0 and now - self._count_changed_s >= self._settle)
+        return self._source.live or (active and self._begun and (count > 0 or not self._source.on_demand))
 
     def _read_one(self) -> None:
         try:
-            frame = self._source.read(self._active.is_set() and self._wanted())
+            frame = self._source.read(self._active.is_set() and self._subscribers() > 0)
             if frame is not None:
                 self._check_size(frame)
         except NothingYet:

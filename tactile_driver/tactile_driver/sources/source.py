@@ -235,7 +235,8 @@ class PlayedSource(Source):
     def __init__(self, values: Mapping, clock: Clock):
         self.on_demand = values['rate'] == 0
         self._path, self.rate, self._loop, self._clock = Path(values['path']).expanduser(), values['rate'], values['loop'], clock
-        self._playing, self._last = None, None  # of the last frame: when it was recorded and when it was due, ns
+        self._playing, self._last = None, None  # of the last frame: recorded time, and due time or, on demand, stamp, ns
+        self._step = 0  # ns, between the stamps of the last two frames on demand
 
     def open(self) -> None:
         """Open the recording at its start; see `Source.open`."""
@@ -250,8 +251,8 @@ class PlayedSource(Source):
         """Time at which a frame was recorded, in ns (only intervals count), and the item for `_frame`. Raises BadFrame."""
         return 0, item
 
-    def _frame(self, content, due_ns: int):
-        """Make a frame that is due at due_ns of time.monotonic_ns(); 0: as fast as consumed. Raises BadFrame."""
+    def _frame(self, content, stamp_ns: int):
+        """Make a frame with this stamp, which advances by the recorded intervals also if frames are consumed faster. Raises BadFrame."""
         raise NotImplementedError
 
     def read(self, wanted: bool = True):
@@ -263,10 +264,24 @@ class PlayedSource(Source):
         if item is None:
             raise EndOfSource(f'{self._path} is over')
         recorded_ns, content = self._recorded(item)
-        due = 0 if self.on_demand else self._due(recorded_ns)
-        frame = self._frame(content, due) if wanted else None
+        if self.on_demand:
+            stamp = self._next_stamp(recorded_ns)
+            return self._frame(content, stamp) if wanted else None
+        due = self._due(recorded_ns)
+        frame = self._frame(content, stamp_of(due, self._clock)) if wanted else None
         wait_until(due)
         return frame
+
+    def _next_stamp(self, recorded_ns: int) -> int:
+        """Stamp, ns, of a frame on demand. Where recorded time does not advance, as at a restart, the last interval is repeated."""
+        if self._last is None:
+            stamp = self._clock()
+        else:
+            step = recorded_ns - self._last[0]
+            self._step = step if step > 0 else self._step
+            stamp = self._last[1] + self._step if self._step else max(self._clock(), self._last[1] + 1)
+        self._last = recorded_ns, stamp
+        return stamp
 
     def _due(self, recorded_ns: int) -> int:
         """Due time of a frame, ns of time.monotonic_ns(). Where stamps jump, or the node was paused, time continues from now."""

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A camera driver of somebody else, in a process of its own: 60 images of 640 x 480 bgr8 at 15 Hz on image_raw, but every tenth,
-reliable, by the middleware's own transports. Its stamps are those of a recording, and /clock tells their time, as of
+reliable, by the middleware's own transports. Its stamps are those of a recording, and /clock has their time, as of
 `ros2 bag play --clock`. Prints how many it sent.
 """
 import time
@@ -21,7 +21,7 @@ def main():
     until = time.monotonic() + 60
     while not publisher.get_subscription_count() and time.monotonic() < until:
         time.sleep(0.05)
-    begin = time.monotonic() + 1  # a subscription may be made anew first
+    begin = time.monotonic() + 1  # a subscription may be replaced first
     sent = 0
     for k in range(FRAMES):
         time.sleep(max(0.0, begin + k / RATE - time.monotonic()))

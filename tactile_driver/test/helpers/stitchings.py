@@ -26,5 +26,5 @@ def stitching(gains=(1.0, 1.0)):
 def view(side, level):
     """What a camera sees of a sheet with the grey level level(x, y), m: uint8 (H, W)."""
     u, v = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
-    places = side.place(np.stack([u, v], axis=-1).reshape(-1, 2))
-    return np.clip(level(*places.T).reshape(SIZE[::-1]).round(), 0, 255).astype(np.uint8)
+    positions = side.place(np.stack([u, v], axis=-1).reshape(-1, 2))
+    return np.clip(level(*positions.T).reshape(SIZE[::-1]).round(), 0, 255).astype(np.uint8)

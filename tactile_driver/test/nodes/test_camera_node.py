@@ -21,6 +21,7 @@ from watching import ERROR, ended, stamps
 
 from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.frame import CameraCalibration, load_calibration
+from tactile_driver.nodes import topic_source
 from tactile_driver.nodes.camera_node import CameraNode
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.runtime.run import EXIT_FAILURE
@@ -84,7 +85,7 @@ def test_the_description_is_published_only_when_it_changes(driven, monkeypatch):
     fake.script += [DeviceLost('unplugged')]
     assert until(lambda: 'rate: 5.0' in descriptions[-1].data, one.executor)
     about = yaml.safe_load(descriptions[-1].data)
-    assert (about['width'], about['height']) == (6, 4), 'what the images told is still known'
+    assert (about['width'], about['height']) == (6, 4), 'the size of the images is still known'
 
 
 NODE = 'camera_node'
@@ -170,6 +171,26 @@ def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_
     assert until(arrived, one.executor)
     assert images[-1].header.frame_id == 'pad_camera_optical' and images[-1].header.stamp.sec == 1
     assert (images[-1].width, images[-1].height, set(images[-1].data)) == (6, 4, {90})
+
+
+def test_the_first_image_waits_for_a_camera_info_that_is_late(driven, monkeypatch):
+    monkeypatch.setattr(topic_source, '_PATIENCE_S', 60.0)
+    one = driven(CameraNode, source='topics', topic='/foreign/image_raw')
+    publisher, stamps_s = one.node.create_publisher(Image, '/foreign/image_raw', 1), itertools.count(1)
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    info = one.node.create_publisher(CameraInfo, '/foreign/camera_info', latched)
+    images, infos = one.collect('image_raw', Image), one.collect('camera_info', CameraInfo)
+
+    def sent():
+        publisher.publish(Image(header=header_of(next(stamps_s) * 10**8, 'theirs'), height=4, width=6, step=6, encoding='mono8',
+                                data=bytes(24)))
+        return publisher.get_subscription_count()
+    assert until(sent, one.executor)
+    assert [sent() for _ in range(10) if not one.executor.spin_once(timeout_sec=0.05)]
+    assert not images and not infos
+    info.publish(CameraInfo(width=6, height=4, k=[5.0, 0.0, 3.0, 0.0, 5.0, 2.0, 0.0, 0.0, 1.0]))  # once
+    assert until(lambda: sent() and len(images) > 3, one.executor)
+    assert {each.k[0] for each in infos} == {5.0}, 'none was published as not calibrated'
 
 
 def test_images_of_a_recording_that_were_played_before_the_node_listened_are_counted_and_logged_once(driven, capfd):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node tells of itself: its health, repeated messages, defects and parameters."""
+"""What a node reports of itself: its health, repeated messages, defects and parameters."""
 import math
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ def test_health_is_published(node):
 
 
 class Log:
-    """In place of a node and its logger."""
+    """Stands in for a node and its logger."""
 
     def __init__(self):
         self.lines = []
@@ -125,7 +125,7 @@ def test_a_transition_that_the_state_does_not_allow_fails(services):
 
 
 TABLE = (Declared('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0), Declared('device', str, '0', '', 'which'),
-         Declared('width', int, 640, 'px', 'of the image', 1, 4096), Declared('places', list[float], [], 'm', 'where'),
+         Declared('width', int, 640, 'px', 'of the image', 1, 4096), Declared('offsets', list[float], [], 'm', 'where'),
          Declared('autostart', bool, True, '', 'by itself', read_only=True))
 
 
@@ -148,8 +148,8 @@ def put(node, **values):
 
 
 def test_defaults_and_values_at_the_start(make):
-    _, parameters = make(rate=25, device=12345, places=[1, 2])
-    assert parameters.values() == {'rate': 25.0, 'device': '12345', 'width': 640, 'places': [1.0, 2.0], 'autostart': True}
+    _, parameters = make(rate=25, device=12345, offsets=[1, 2])
+    assert parameters.values() == {'rate': 25.0, 'device': '12345', 'width': 640, 'offsets': [1.0, 2.0], 'autostart': True}
     assert isinstance(parameters['rate'], float)
     assert parameters.problems == {}
 

@@ -102,7 +102,7 @@ TABLE = (Parameter('autostart', bool, False, '', 'start by itself', read_only=Tr
 class Driver(DriverNode):
     """Publishes into a list."""
 
-    wanted = True
+    subscribers = 1
 
     def __init__(self, film, **values):
         self.film, self.published = film, []

@@ -192,7 +192,7 @@ def test_a_touch_keeps_its_number_while_it_lasts():
 
 
 def test_motion():
-    # A quarter turn about x and a way of 3 mm along y.
+    # A quarter turn about x and a displacement of 3 mm along y.
     message = region_message(truth(motion=np.array([0, 3e-3, 0, np.pi / 2, 0, 0])), 0.02, HEADER_GROUND)
     turn = message.motion.rotation
     assert message.motion.translation.y == 3e-3 and message.motion_interval == 0.02

@@ -94,13 +94,13 @@ def test_an_exception_while_it_spins_ends_the_process_and_what_was_given_and_is_
     assert (process.returncode, out) == (code, 'released\n') and 'no such thing' in err and ('Traceback' in err) == traceback
 
 
-@pytest.mark.parametrize('chosen', run._CHOSEN_BY)
-def test_a_users_own_fast_dds_set_up_is_left_alone(monkeypatch, chosen):
+@pytest.mark.parametrize('variable', run._CHOSEN_BY)
+def test_a_users_own_fast_dds_set_up_is_left_alone(monkeypatch, variable):
     for name in run._CHOSEN_BY:
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv(chosen, 'mine')
+    monkeypatch.setenv(variable, 'mine')
     run.make_room_for_images()
-    assert {name: os.environ[name] for name in run._CHOSEN_BY if name in os.environ} == {chosen: 'mine'}
+    assert {name: os.environ[name] for name in run._CHOSEN_BY if name in os.environ} == {variable: 'mine'}
 
 
 def test_without_one_the_profile_is_used_and_exists(monkeypatch):

@@ -228,6 +228,12 @@ def test_broken_files(tmp_path, name, content):
         source(tmp_path / name)
 
 
+def test_an_array_of_no_frames_is_refused_by_what_it_lacks(tmp_path):
+    np.save(tmp_path / 'a.npy', FRAMES[:0])
+    with pytest.raises(BadRecording, match='no frame with a number'):
+        source(tmp_path / 'a.npy')
+
+
 def test_frames_of_another_size_are_refused(tmp_path):
     np.save(tmp_path / 'a.npy', FRAMES)
     with pytest.raises(BadRecording, match='frames are 2 x 4, parameters rows and columns say 4 x 4'):
@@ -523,7 +529,7 @@ def test_time_never_goes_back():
 def test_frames_that_come_in_one_go_keep_their_distances():
     clock = DeviceClock()
     assert np.diff(clock.to_host([0, 1000, 2000, 3000], 5_000_000, 800_000)).tolist() == [1_000_000] * 3
-    assert clock.to_host([4000], 9_000_000)[0] == 5_200_000  # the earlier arrival tells
+    assert clock.to_host([4000], 9_000_000)[0] == 5_200_000  # the earlier arrival determines the offset
 
 
 def test_a_reset_amid_the_frames_of_one_go():

@@ -18,7 +18,7 @@ def test_a_small_ball_on_a_thick_layer_presses_as_hertz_says():
     state = GelContact(material, Indenter(radius), 0.0, cell=0.06e-3).step(NOWHERE, depth, NOWHERE)
     hertz = 4 / 3 * material.young / (1 - material.poisson**2) * np.sqrt(radius) * depth**1.5
     assert -state.force[:, 2].sum() == pytest.approx(hertz, rel=0.08)  # the base, 20 contact radii below, adds some percent
-    assert len(state.places) * 0.06e-3**2 == pytest.approx(np.pi * radius * depth, rel=0.1)
+    assert len(state.positions) * 0.06e-3**2 == pytest.approx(np.pi * radius * depth, rel=0.1)
 
 
 def test_a_thin_layer_resists_more_than_a_thick_one():
@@ -28,12 +28,12 @@ def test_a_thin_layer_resists_more_than_a_thick_one():
 
 
 def test_friction_holds_and_then_slides():
-    contact, way, depth = GelContact(Material(4e-3, 0.4e-3, 2e5, 0.48), Indenter(6e-3), 0.4), np.array([0.1e-3, 0.0]), 0.8e-3
+    contact, displacement, depth = GelContact(Material(4e-3, 0.4e-3, 2e5, 0.48), Indenter(6e-3), 0.4), np.array([0.1e-3, 0.0]), 0.8e-3
     for part in range(1, 6):
         contact.step(NOWHERE, depth * part / 5, NOWHERE)
     shear, slides = [], []
     for k in range(1, 16):
-        state = contact.step(k * way, depth, (k - 1) * way)
+        state = contact.step(k * displacement, depth, (k - 1) * displacement)
         along, press = np.hypot(*state.force[:, :2].T), -state.force[:, 2]
         assert (press > 0).all() and (along <= 0.4 * press * (1 + 1e-6)).all()
         shear.append(state.force[:, 0].sum() / press.sum())

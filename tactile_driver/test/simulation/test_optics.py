@@ -85,7 +85,7 @@ MATT = replace(Lighting(), gloss=0.0)
 
 
 def drawn(membrane, lighting=MATT, imaging=Imaging(), number=None, width=640, ink=True):
-    """A picture of the resting pad and its dots' places."""
+    """A picture of the resting pad and its dots' positions."""
     camera = touchpad_camera(width)
     pattern = touchpad_dots(membrane, np.random.default_rng(0))
     _, uv, spread = pattern.seen(membrane.rest, camera)
@@ -138,22 +138,22 @@ def look_water(membrane, lighting, flatten=0.0):
 def test_light_decays_by_beer_and_lambert(membrane):
     dim, _ = look_water(membrane, replace(Lighting(), ambient=0.0, absorption=(80.0, 80.0, 80.0)))
     clear, _ = look_water(membrane, replace(Lighting(), ambient=0.0, absorption=(0.0, 0.0, 0.0)))
-    # lamp to skin to camera passes 16.5 mm of water twice in the middle, the lamps' way slanted
-    way = -np.log(dim[24, 24, 1] / clear[24, 24, 1]) / 80
+    # lamp to skin to camera passes 16.5 mm of water twice in the middle, on a slanted path from the lamps
+    path = -np.log(dim[24, 24, 1] / clear[24, 24, 1]) / 80
     down = 0.0165
     slant = down * np.sqrt(1 + (0.024 / 0.047)**2)
-    assert way == pytest.approx(down + slant, rel=0.01)
+    assert path == pytest.approx(down + slant, rel=0.01)
 
 
 @pytest.mark.parametrize('water', [0.0, 1.0])
 def test_sheen_is_where_the_lamps_are_mirrored_and_has_the_colour_asked_for(membrane, water):
     lighting = replace(Lighting(), sheen=0.1, sheen_width=0.05, sheen_water=water)
-    (matt, (place, _, peak)), (wet, _) = look_water(membrane, Lighting()), look_water(membrane, lighting)
+    (matt, (positions, _, peak)), (wet, _) = look_water(membrane, Lighting()), look_water(membrane, lighting)
     extra = wet - matt
     camera = touchpad_camera()
     nodes = camera.project(membrane.rest)
     brightest = nodes[np.unravel_index(extra[..., 2].argmax(), extra.shape[:2])]
-    assert np.linalg.norm(place[peak > 20] - brightest, axis=1).min() < 15
+    assert np.linalg.norm(positions[peak > 20] - brightest, axis=1).min() < 15
     assert 0.03 < (extra[..., 2] / matt[..., 2]).max() < 0.6 and (extra[..., 2] > 0.01 * matt[..., 2]).mean() < 0.5
     most = np.unravel_index(extra[..., 2].argmax(), extra.shape[:2])
     blue, _, red = extra[most] / np.array(lighting.gain)

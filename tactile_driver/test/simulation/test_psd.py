@@ -64,12 +64,12 @@ def test_wrong_words():
         open_psd_scene('demo', 0.0)
 
 
-PULL, REACH = 5e7, 4.0  # N/m^3; thickness in cells
+PULL, THICKNESS = 5e7, 4.0  # N/m^3; thickness in cells
 FREE = np.full((64, 64), 1e9)  # Pa, friction that holds everything
 
 
 def dragged(limit, wanted, steps=1):
-    layer = BondedLayer(limit.shape, REACH, PULL)
+    layer = BondedLayer(limit.shape, THICKNESS, PULL)
     for k in range(1, steps + 1):
         layer.move(wanted * k / steps, limit)
     return layer
@@ -86,7 +86,7 @@ def test_shear_waves_are_as_stiff_as_elasticity_says():
     for length in (16, 8):
         wave[:, :, 0] = 1e-6 * np.cos(2 * np.pi / length * np.arange(64))[:, None]
         middle = dragged(FREE, wave).traction[24:40, 24:40, 0] / wave[24:40, 24:40, 0]
-        depth = 2 * np.pi / length * REACH
+        depth = 2 * np.pi / length * THICKNESS
         assert np.median(middle) == pytest.approx(PULL * depth / np.tanh(depth), rel=0.03)
 
 
@@ -99,11 +99,11 @@ def test_the_border_of_what_sticks_carries_most_and_the_rubber_around_goes_along
 
 def test_traction_stays_within_friction_and_slip_begins_at_the_border():
     slipping = []
-    for way in (0.6e-4, 1.2e-4, 3e-4):  # friction over pull is 2e-4 m
-        layer = dragged(face(), np.full((64, 64, 2), [way, 0.0]), steps=10)
+    for displacement in (0.6e-4, 1.2e-4, 3e-4):  # friction over pull is 2e-4 m
+        layer = dragged(face(), np.full((64, 64, 2), [displacement, 0.0]), steps=10)
         length = np.hypot(*layer.traction.transpose(2, 0, 1))
         assert (length <= 1e4 * (1 + 1e-6)).all() and not length[face() == 0].any()
-        slips = np.abs(layer.shift[20:44, 20:44, 0] - way) > 0.02 * way
+        slips = np.abs(layer.shift[20:44, 20:44, 0] - displacement) > 0.02 * displacement
         slipping.append(slips.mean())
         assert slips.all() or slips[0, 0] and not slips[12, 12]
     assert slipping[0] < 0.1 < slipping[1] < 0.6 and slipping[2] == 1

@@ -131,8 +131,8 @@ def test_a_dot_slips_when_it_moves_over_the_tool(drag):
     limit = SLIP_SPEED / RATE
     for (first, _, before), (second, _, now) in zip(frames[40:85], frames[41:86]):
         both = (first.dot_state > 0) & (second.dot_state > 0)
-        way = now.to_tool(second.dot_xyz) - before.to_tool(first.dot_xyz)
-        along = np.linalg.norm(way[both][:, :2], axis=1)
+        displacement = now.to_tool(second.dot_xyz) - before.to_tool(first.dot_xyz)
+        along = np.linalg.norm(displacement[both][:, :2], axis=1)
         clear = np.abs(along - limit) > 0.05 * limit
         face = np.abs(now.to_tool(second.dot_xyz)[both][:, 2]) < 1e-6
         np.testing.assert_array_equal((second.dot_state[both] == SLIPPING)[clear & face], (along > limit)[clear & face])
@@ -234,17 +234,17 @@ def test_right_camera_sees_the_tool_at_its_own_time(sign):
 
 
 def bright_spots(image, uv, half):
-    """Centroids (K, 2) px of bright dots near places uv (K, 2) px, in boxes of 2 half + 1 px, measured as simply as can be."""
+    """Centroids (K, 2) px of bright dots near positions uv (K, 2) px, in boxes of 2 half + 1 px, measured as simply as can be."""
     green = image[..., 1].astype(float)
-    places = []
+    positions = []
     for u, v in np.round(uv).astype(int):
         box = green[v - half:v + half + 1, u - half:u + half + 1]
         low, high = np.percentile(box, 10), np.percentile(box, 95)
         share = np.clip((box - low) / (high - low), 0, 1)
         share[share < 0.15] = 0
         y, x = np.mgrid[v - half:v + half + 1, u - half:u + half + 1]
-        places.append([(share * x).sum() / share.sum(), (share * y).sum() / share.sum()])
-    return np.array(places)
+        positions.append([(share * x).sum() / share.sum(), (share * y).sum() / share.sum()])
+    return np.array(positions)
 
 
 def test_unknown_scene_lists_the_known_ones():
@@ -373,12 +373,12 @@ def test_a_press_hardly_depends_on_the_frames_it_is_seen_in(monkeypatch):
     """Friction depends on the path: a tip that goes far in one step of contact would touch the skin too late."""
     act = partial(press, 'ball_30mm', 0.03, -0.02, 0.035, move=0.5, hold=1.0)
     monkeypatch.setitem(scenes.SCENES, 'one press', Script(air_cushion, one_after_the_other([act], untouched=0.0)))
-    places = []
+    positions = []
     for rate in (2.0, 40.0):
         seen = open_scene('one press', rate=rate, seed=3)
         number = max(range(seen.frames), key=lambda k: max([touch.depth for touch in seen.observe(k).truth.contacts], default=0.0))
-        places.append(seen.observe(number).truth.dot_xyz)
-    assert np.linalg.norm(places[0] - places[1], axis=1).max() < 1.5e-4
+        positions.append(seen.observe(number).truth.dot_xyz)
+    assert np.linalg.norm(positions[0] - positions[1], axis=1).max() < 1.5e-4
 
 
 def test_gas_is_compressed_and_carries_the_indenter(cushion, deepest_air):

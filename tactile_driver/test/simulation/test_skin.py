@@ -24,8 +24,8 @@ def test_volume_area_and_pressure_are_the_cap_s(membrane):
 
 
 def test_rest_is_in_balance(membrane):
-    places = membrane.slack + membrane.give(membrane.pressure * membrane.area_vectors(membrane.rest)[membrane.inner])
-    np.testing.assert_allclose(membrane.with_rim(places), membrane.rest, atol=1e-15)
+    positions = membrane.slack + membrane.give(membrane.pressure * membrane.area_vectors(membrane.rest)[membrane.inner])
+    np.testing.assert_allclose(membrane.with_rim(positions), membrane.rest, atol=1e-15)
 
 
 TENSION, STRETCH, BENDING = 50.0, 1.3, 1e-4
@@ -65,16 +65,16 @@ def test_even_load_bends_the_sheet_as_the_series_of_sines_says(sheet):
 
 def test_pressed_sheet_is_in_balance_and_lies_on_the_tip(sheet, deep):
     state, tool, pose = deep
-    places = state.shape.reshape(-1, 3)[sheet.inner]
-    force = np.zeros_like(places)
+    positions = state.shape.reshape(-1, 3)[sheet.inner]
+    force = np.zeros_like(positions)
     force[state.touching] = state.force
     _, load = sheet.slack_at(state.shape, state.touching)
-    off = sheet.slack + sheet.give(load + force) - places
+    off = sheet.slack + sheet.give(load + force) - positions
     assert np.abs(off).max() < 2e-5
     assert -3.0 < state.force[:, 2].sum() < -0.5 and np.hypot(*state.force[:, :2].sum(axis=0)) < -0.1 * state.force[:, 2].sum()
-    gap = tool.distance(pose.to_tool(places))
+    gap = tool.distance(pose.to_tool(positions))
     assert gap.min() > -5e-6 and np.abs(gap[state.touching]).max() < 5e-6
-    assert places[:, 2].min() == pytest.approx(-0.009, abs=1.5e-4) and state.pressure == 0
+    assert positions[:, 2].min() == pytest.approx(-0.009, abs=1.5e-4) and state.pressure == 0
 
 
 def test_a_thick_sheet_bends_to_a_bell_and_draws_nothing_inwards():
@@ -110,11 +110,11 @@ def test_the_force_of_a_press_is_that_of_its_depth_however_large_the_steps(sheet
 @pytest.mark.parametrize('name', sorted(TOOLS))
 def test_distance_grows_by_one_along_its_slope_outside(name):
     tool = TOOLS[name]
-    places = np.random.default_rng(2).uniform(-0.012, 0.012, (300, 3))
-    distance, normal = tool.distance_and_normal(places)
-    nearest = np.sort(np.vstack([tool.part_distances(places), np.full(len(places), np.inf)]), axis=0)
+    positions = np.random.default_rng(2).uniform(-0.012, 0.012, (300, 3))
+    distance, normal = tool.distance_and_normal(positions)
+    nearest = np.sort(np.vstack([tool.part_distances(positions), np.full(len(positions), np.inf)]), axis=0)
     outside = (distance > 1e-4) & (nearest[1] - nearest[0] > 3e-4)  # two balls' distance has a crease between them
-    np.testing.assert_allclose(tool.distance(places + 1e-4 * normal)[outside], distance[outside] + 1e-4, atol=2e-6)
+    np.testing.assert_allclose(tool.distance(positions + 1e-4 * normal)[outside], distance[outside] + 1e-4, atol=2e-6)
 
 
 @pytest.fixture(scope='module')
@@ -157,8 +157,8 @@ def play(dome, name, keys, until, rate=30):
 
 def out_of_balance(dome, state):
     """(m, 3) N left over at the inner nodes."""
-    places = state.shape.reshape(-1, 3)[dome.inner]
-    pull = dome.springs[:, dome.inner] @ (places - dome.slack)
+    positions = state.shape.reshape(-1, 3)[dome.inner]
+    pull = dome.springs[:, dome.inner] @ (positions - dome.slack)
     left = pull - state.pressure * dome.area_vectors(state.shape)[dome.inner]
     left[state.touching] -= state.force
     return left

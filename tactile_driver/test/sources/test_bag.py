@@ -132,12 +132,12 @@ def test_a_broken_message_is_bad_and_the_next_one_good(tmp_path):
     assert source.read().stamp_ns == START + PERIOD
 
 
-@pytest.mark.parametrize(('wanted', 'chosen'), [('', None), ('/left/image_raw', '/left/image_raw'), ('left/image_raw', '/left/image_raw'),
+@pytest.mark.parametrize(('wanted', 'selected'), [('', None), ('/left/image_raw', '/left/image_raw'), ('left/image_raw', '/left/image_raw'),
                                                 ('/other', None)])
-def test_topics_are_chosen_or_listed(wanted, chosen):
+def test_topics_are_chosen_or_listed(wanted, selected):
     types = {'/left/image_raw': 'sensor_msgs/msg/Image', '/right/image_raw': 'sensor_msgs/msg/Image', '/dots': 'tactile_msgs/msg/DotTracks'}
-    if chosen:
-        assert choose_topic(types, wanted, 'bag') == chosen
+    if selected:
+        assert choose_topic(types, wanted, 'bag') == selected
     else:
         with pytest.raises(BadRecording, match='/left/image_raw, /right/image_raw'):
             choose_topic(types, wanted, 'bag')

@@ -57,10 +57,10 @@ def test_a_camera_goes_on_while_its_reader_is_late(now):
 
 
 class Played(PlayedSource):
-    """Frames that are when they were recorded, s, and when they were due."""
+    """Frames that are their recorded time, s, and their stamp."""
 
-    def __init__(self, recorded, rate=-1.0):
-        super().__init__({'path': 'film', 'rate': rate, 'loop': False}, lambda: 0)
+    def __init__(self, recorded, rate=-1.0, loop=False, clock=lambda: pacing.time.monotonic_ns()):
+        super().__init__({'path': 'film', 'rate': rate, 'loop': loop}, clock)
         self.recorded = recorded
         self.open()
 
@@ -70,8 +70,8 @@ class Played(PlayedSource):
     def _recorded(self, item):
         return round(item * NS), item
 
-    def _frame(self, content, due_ns):
-        return content, due_ns
+    def _frame(self, content, stamp_ns):
+        return content, stamp_ns
 
 
 def test_a_recording_waits_for_its_reader(now):
@@ -81,6 +81,13 @@ def test_a_recording_waits_for_its_reader(now):
     second = film.read()[1]
     assert 0 <= now[0] - second < NS // 10
     assert film.read()[1] == second + NS // 10
+
+
+def test_as_fast_as_consumed_stamps_advance_by_the_recorded_intervals():
+    film = Played([10.0, 10.5, 12.0], rate=0.0, loop=True, clock=lambda: 7 * NS)
+    assert [film.read()[1] / NS for _ in range(5)] == [7.0, 7.5, 9.0, 10.5, 11.0], 'a restart repeats the last interval'
+    film = Played([0.0] * 3, rate=0.0, clock=lambda: 7 * NS)
+    assert [film.read()[1] - 7 * NS for _ in range(3)] == [0, 1, 2], 'a recording without times is stamped by the clock'
 
 
 @pytest.mark.parametrize('stamp', [90, 200])
@@ -194,9 +201,9 @@ def recording(script):
 class Captured:
     """A capture of a script, with what it reported."""
 
-    def __init__(self, source, wanted=lambda: True):
+    def __init__(self, source, subscribers=lambda: 1, settle=0.0):
         self.reports = []
-        self.capture = Capture(source, wanted, lambda level, text: self.reports.append((level, text)))
+        self.capture = Capture(source, subscribers, lambda level, text: self.reports.append((level, text)), settle=settle)
 
     def take_all(self, count):
         self.capture.resume()
@@ -253,7 +260,7 @@ def test_a_recording_waits_until_it_is_resumed_and_holds_when_paused(captured):
 
 def test_a_camera_is_drained_but_not_decoded_while_nobody_wants_it(captured):
     source = FakeSource(period=0.002)
-    it = captured(source, wanted=lambda: False)
+    it = captured(source, subscribers=lambda: 0)
     it.capture.resume()
     assert until(lambda: len(source.asked) > 10)
     assert not any(source.asked)
@@ -264,7 +271,7 @@ def test_a_camera_is_drained_but_not_decoded_while_nobody_wants_it(captured):
 def test_as_fast_as_consumed_stands_still_without_a_consumer(captured):
     wanted = threading.Event()
     source = recording(range(5))
-    it = captured(source, wanted=wanted.is_set)
+    it = captured(source, subscribers=wanted.is_set)
     it.capture.resume()
     time.sleep(0.1)
     assert source.asked == []
@@ -272,11 +279,22 @@ def test_as_fast_as_consumed_stands_still_without_a_consumer(captured):
     assert it.take_all(5) == [0, 1, 2, 3, 4]
 
 
+def test_a_recording_starts_once_no_more_subscribers_come(captured):
+    names = ['first']
+    it = captured(recording(range(3)), subscribers=lambda: len(names), settle=0.3)
+    it.capture.resume()
+    for name in ('second', 'third', 'fourth', 'fifth'):
+        assert it.capture.take(0.1) is None
+        names.append(name)
+    last = time.monotonic()
+    assert it.take_all(3) == [0, 1, 2] and time.monotonic() - last >= 0.25
+
+
 def test_at_its_own_pace_a_recording_begins_with_its_first_consumer_and_goes_on_without(captured):
     wanted = threading.Event()
     source = FakeSource(range(5), live=False, period=0.0)
     source.read = paused_after(source.read, 1)
-    it = captured(source, wanted=wanted.is_set)
+    it = captured(source, subscribers=wanted.is_set)
     it.capture.resume()
     time.sleep(0.1)
     assert source.asked == []
@@ -389,9 +407,9 @@ def taken_of(clock, keep, rate, work_s, count=600):
 def test_too_slow_it_leaves_out_evenly_and_nothing_gets_old(clock, work_s):
     rate, count = 60, 480
     queue, taken = taken_of(clock, 1, rate, work_s, count)
-    lasting = [(number, waited) for number, waited in taken if number > 2 * rate]
-    steps = np.diff([number for number, _ in lasting])
-    assert max(waited for _, waited in lasting) < 0.06 + work_s
+    steady = [(number, waited) for number, waited in taken if number > 2 * rate]
+    steps = np.diff([number for number, _ in steady])
+    assert max(waited for _, waited in steady) < 0.06 + work_s
     assert steps.mean() == pytest.approx(rate * work_s, rel=0.1) and steps.max() <= np.ceil(rate * work_s) + 1
     assert 0 <= count - len(taken) - queue.left_out <= 0.06 * rate, 'but for those that still wait'
     assert queue.share_left_out == pytest.approx(1 - 1 / (rate * work_s), abs=0.05)

@@ -7,9 +7,8 @@ PYBIND11_MODULE(_core, module) {
     module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
     tactile::border::bind_dots(module);
     tactile::border::bind_touchpad(module);
-    tactile::border::bind_dome(module);
     tactile::border::bind_common(module);
     tactile::border::bind_finger(module);
-    tactile::border::bind_sheet(module);
+    tactile::border::bind_press(module);
     tactile::border::bind_taxel(module);
 }

@@ -9,10 +9,9 @@ namespace tactile::border {
 
 void bind_dots(pybind11::module_& module);
 void bind_touchpad(pybind11::module_& module);
-void bind_dome(pybind11::module_& module);
 void bind_common(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
-void bind_sheet(pybind11::module_& module);
+void bind_press(pybind11::module_& module);
 void bind_taxel(pybind11::module_& module);
 
 }  // namespace tactile::border

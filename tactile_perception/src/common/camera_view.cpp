@@ -2,84 +2,92 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/camera_view.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace tactile {
 namespace {
 
-constexpr int TURNS = 20;          // of Newton's method, at most. Chosen: lenses take 3 to 5
-constexpr double SETTLED = 1e-12;  // last step, normalised. Chosen: far below a thousandth of a pixel
-constexpr double FARTHEST_M = 10;  // a place farther out is not one. Chosen: far outside any sensor
+using Eigen::Matrix2d, Eigen::Vector2d, Eigen::Vector3d;
 
-// Brown's distortion of a place in the normalised image, and its Jacobian, which is symmetric.
+constexpr int MAX_STEPS = 20;            // of Newton's method; lenses take 3 to 5
+constexpr double CONVERGED = 1e-12;      // last step, normalised: far below a thousandth of a pixel
+constexpr double MAX_COORDINATE_M = 10;  // a point farther out is far outside any sensor
+constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
+
+// A point of the normalised image without distortion, by Brown's model: where it is imaged, and the Jacobian, which is symmetric.
 struct Distorted {
-    double x, y, along, across, down;
+    Vector2d image;
+    double along, across, down;
 
-    Distorted(const double* k, const double* place) {
-        const double px = place[0], py = place[1], square = px * px + py * py;
+    Distorted(const Eigen::Matrix<double, 5, 1>& k, const Vector2d& point) {
+        const double x = point.x(), y = point.y(), square = x * x + y * y;
         const double swell = 1 + square * (k[0] + square * (k[1] + square * k[4]));
         const double slope = 2 * (k[0] + square * (2 * k[1] + square * 3 * k[4]));
-        x = px * swell + 2 * k[2] * px * py + k[3] * (square + 2 * px * px);
-        y = py * swell + 2 * k[3] * px * py + k[2] * (square + 2 * py * py);
-        along = swell + px * px * slope + 2 * k[2] * py + 6 * k[3] * px;
-        down = swell + py * py * slope + 6 * k[2] * py + 2 * k[3] * px;
-        across = px * py * slope + 2 * k[2] * px + 2 * k[3] * py;
+        image.x() = x * swell + 2 * k[2] * x * y + k[3] * (square + 2 * x * x);
+        image.y() = y * swell + 2 * k[3] * x * y + k[2] * (square + 2 * y * y);
+        along = swell + x * x * slope + 2 * k[2] * y + 6 * k[3] * x;
+        down = swell + y * y * slope + 6 * k[2] * y + 2 * k[3] * x;
+        across = x * y * slope + 2 * k[2] * x + 2 * k[3] * y;
     }
     double determinant() const { return along * down - across * across; }
 };
 
-// The place (2) that Brown's model images at image (2), and the ratio of areas there, image over place; false where there is none.
-bool undistort(const double* distortion, const double* image, double* place, double& ratio) {
-    place[0] = image[0], place[1] = image[1];
-    for (int turn = 0; turn < TURNS; ++turn) {
-        const Distorted at(distortion, place);
-        ratio = at.determinant();
-        const double off_x = image[0] - at.x, off_y = image[1] - at.y;
-        const double step_x = (off_x * at.down - off_y * at.across) / ratio, step_y = (off_y * at.along - off_x * at.across) / ratio;
-        place[0] += step_x, place[1] += step_y;
-        if (std::abs(step_x) + std::abs(step_y) < SETTLED * (1 + std::abs(place[0]) + std::abs(place[1]))) return true;
-    }
-    return false;
-}
+// What a pixel shows: the vector in the sensor's frame, as long as it is deep before the camera, and the ratio of areas, normalised image
+// with the distortion over without.
+struct Sight {
+    Vector3d ray;
+    double ratio;
+};
 
-// The vector (3), in the sensor's frame, through a pixel (2), as long as it is deep before the camera, and the ratio of areas, normalised
-// image with the lens' distortion over without; false where the lens images nothing.
-bool ray_of(const Camera& camera, const double* pixel, double* ray, double& ratio) {
-    const double image[2] = {(pixel[0] - camera.middle[0]) / camera.focal[0], (pixel[1] - camera.middle[1]) / camera.focal[1]};
-    double place[2];
-    if (!(image[0] * image[0] + image[1] * image[1] < camera.farthest)) return false;
-    if (!undistort(camera.distortion, image, place, ratio)) return false;
-    for (int axis = 0; axis < 3; ++axis)
-        ray[axis] = place[0] * camera.rotation[0][axis] + place[1] * camera.rotation[1][axis] + camera.rotation[2][axis];
-    return true;
+// Newton's method; nothing where the lens images nothing.
+std::optional<Sight> sight(const Camera& camera, const double* pixel) {
+    const Vector2d image((pixel[0] - camera.matrix(0, 2)) / camera.matrix(0, 0), (pixel[1] - camera.matrix(1, 2)) / camera.matrix(1, 1));
+    if (!(image.squaredNorm() < camera.farthest)) return {};
+    Vector2d point = image;
+    for (int step = 0; step < MAX_STEPS; ++step) {
+        const Distorted at(camera.distortion, point);
+        const double ratio = at.determinant();
+        const Vector2d error = image - at.image;
+        const Vector2d change((error.x() * at.down - error.y() * at.across) / ratio,
+                              (error.y() * at.along - error.x() * at.across) / ratio);
+        point += change;
+        if (!(change.lpNorm<1>() < CONVERGED * (1 + std::abs(point.x()) + std::abs(point.y())))) continue;
+        return Sight{point.x() * camera.rotation.row(0) + point.y() * camera.rotation.row(1) + camera.rotation.row(2), ratio};
+    }
+    return {};
 }
 
 }  // namespace
 
-void camera_rays(const Camera& camera, const double* uv, std::int64_t count, double* rays) {
-    std::fill(rays, rays + 3 * count, std::numeric_limits<double>::quiet_NaN());
+std::vector<double> camera_rays(const Camera& camera, const double* uv, std::int64_t count) {
+    std::vector<double> rays(3 * count, UNKNOWN);
     for (std::int64_t k = 0; k < count; ++k) {
-        double ray[3], ratio;
-        if (!ray_of(camera, uv + 2 * k, ray, ratio)) continue;
-        const double length = std::sqrt(ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2]);
-        for (int axis = 0; axis < 3; ++axis) rays[3 * k + axis] = ray[axis] / length;
+        const std::optional<Sight> seen = sight(camera, uv + 2 * k);
+        if (!seen) continue;
+        const Vector3d& ray = seen->ray;
+        Eigen::Map<Vector3d> unit(&rays[3 * k]);
+        unit = ray / std::sqrt(ray.x() * ray.x() + ray.y() * ray.y() + ray.z() * ray.z());
     }
+    return rays;
 }
 
-void back_project(const Camera& camera, const ViewedPlane& plane, const double* uv, std::int64_t count, double* seen) {
-    std::fill(seen, seen + 3 * count, std::numeric_limits<double>::quiet_NaN());
-    const double away = plane.z - plane.centre[2];
-    for (std::int64_t k = 0; k < count; ++k, uv += 2, seen += 3) {
-        double ray[3], ratio;
-        if (!ray_of(camera, uv, ray, ratio)) continue;
-        const double x = plane.centre[0] + ray[0] * (away / ray[2]), y = plane.centre[1] + ray[1] * (away / ray[2]);
-        if (!(std::abs(x) < FARTHEST_M && std::abs(y) < FARTHEST_M)) continue;
+std::vector<double> back_project(const Camera& camera, const ViewedPlane& plane, const double* uv, std::int64_t count) {
+    std::vector<double> found(3 * count, UNKNOWN);
+    const double away = plane.z - plane.centre.z();
+    for (std::int64_t k = 0; k < count; ++k) {
+        const std::optional<Sight> seen = sight(camera, uv + 2 * k);
+        if (!seen) continue;
+        const Vector3d& ray = seen->ray;
+        const Vector2d point = plane.centre.head<2>() + ray.head<2>() * (away / ray.z());
+        if (!(point.array().abs() < MAX_COORDINATE_M).all()) continue;
         // Jacobian determinants: of the homography from the normalised image to the plane, and of the lens.
-        const double area = away * away / std::abs(ray[2] * ray[2] * ray[2]) / std::abs(ratio);
-        seen[0] = x, seen[1] = y, seen[2] = area / (camera.focal[0] * camera.focal[1]);
+        const double area = away * away / std::abs(ray.z() * ray.z() * ray.z()) / std::abs(seen->ratio);
+        Eigen::Map<Vector3d> shown(&found[3 * k]);
+        shown << point, area / (camera.matrix(0, 0) * camera.matrix(1, 1));
     }
+    return found;
 }
 
 }  // namespace tactile

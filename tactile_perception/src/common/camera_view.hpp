@@ -3,25 +3,30 @@
 // Rays through the pixels of a camera, and where they meet a plane of the sensor's frame.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <vector>
 
 namespace tactile {
 
-// focal, middle: px; distortion: k1 k2 p1 p2 k3 (Brown); farthest: square of the normalised radius in the image beyond which the lens
-// images nothing; rotation (3, 3): camera from sensor.
+/// A pinhole with Brown's distortion of its lens.
 struct Camera {
-    double focal[2], middle[2], distortion[5], farthest, rotation[3][3];
+    Eigen::Matrix3d matrix;                  ///< K, px
+    Eigen::Matrix<double, 5, 1> distortion;  ///< k1 k2 p1 p2 k3
+    Eigen::Matrix3d rotation;                ///< camera from sensor
+    double farthest = 0;                     ///< squared normalised radius in the image beyond which the lens images nothing
 };
 
-// The plane z = z of the sensor's frame, seen from a camera's centre (3); m.
+/// The plane at that height, m, of the sensor's frame, seen from a camera's centre, m.
 struct ViewedPlane {
-    double centre[3], z;
+    Eigen::Vector3d centre;
+    double z;
 };
 
-// Unit vectors (count, 3) in the sensor's frame through pixels uv (count, 2); NaN where the lens images nothing.
-void camera_rays(const Camera& camera, const double* uv, std::int64_t count, double* rays);
+/// Unit vectors (count, 3) in the sensor's frame through pixels uv (count, 2); NaN where the lens images nothing.
+std::vector<double> camera_rays(const Camera& camera, const double* uv, std::int64_t count);
 
-// Places seen (count, 3) of pixels uv (count, 2): x, y, m, and the area of a pixel there, m^2; NaN where the camera sees no place.
-void back_project(const Camera& camera, const ViewedPlane& plane, const double* uv, std::int64_t count, double* seen);
+/// Points of the plane (count, 3) seen at pixels uv (count, 2): x, y, m, and the area of a pixel there, m^2; NaN where there is none.
+std::vector<double> back_project(const Camera& camera, const ViewedPlane& plane, const double* uv, std::int64_t count);
 
 }  // namespace tactile

@@ -20,7 +20,7 @@ void cubic_weights(double t, double* weights) {
     weights[3] = 0.5 * (cube - square);
 }
 
-// The four nodes, and their weights, at a place along an axis; nodes beyond its ends are the last ones.
+// The four nodes, and their weights, at a position along an axis; nodes beyond its ends are the last ones.
 struct Four {
     std::ptrdiff_t node[4];
     double weight[4];
@@ -33,9 +33,9 @@ Four four_around(std::ptrdiff_t start, double t, std::ptrdiff_t nodes) {
     return four;
 }
 
-Four four_refined(std::ptrdiff_t place, std::ptrdiff_t refine, std::ptrdiff_t nodes) {
-    const std::ptrdiff_t start = std::min(place / refine, nodes - 2);
-    return four_around(start, static_cast<double>(place) / static_cast<double>(refine) - static_cast<double>(start), nodes);
+Four four_refined(std::ptrdiff_t position, std::ptrdiff_t refine, std::ptrdiff_t nodes) {
+    const std::ptrdiff_t start = std::min(position / refine, nodes - 2);
+    return four_around(start, static_cast<double>(position) / static_cast<double>(refine) - static_cast<double>(start), nodes);
 }
 
 void weighted_sum(const Nodes& nodes, const Four& down, const Four& across, double* found) {
@@ -50,9 +50,9 @@ void weighted_sum(const Nodes& nodes, const Four& down, const Four& across, doub
     }
 }
 
-Four four_at(double place, std::ptrdiff_t nodes) {
+Four four_at(double position, std::ptrdiff_t nodes) {
     const auto last = static_cast<double>(nodes - 2);
-    const double inside = place >= 1 ? std::min(place, last) : 1.0;  // also of NaN
+    const double inside = position >= 1 ? std::min(position, last) : 1.0;  // also of NaN
     const std::ptrdiff_t start = std::min(static_cast<std::ptrdiff_t>(inside), nodes - 3);
     return four_around(start, inside - static_cast<double>(start), nodes);
 }
@@ -76,10 +76,10 @@ void extrapolate(double* first, std::ptrdiff_t count, std::ptrdiff_t step) {
 
 }  // namespace
 
-std::vector<double> extended(const double* places, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+std::vector<double> extended(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns) {
     const std::ptrdiff_t row = 3 * (columns + 2 * BEYOND), inset = 3 * BEYOND;
     std::vector<double> wide((rows + 2 * BEYOND) * row);
-    for (std::ptrdiff_t r = 0; r < rows; ++r) std::copy_n(places + 3 * r * columns, 3 * columns, &wide[(r + BEYOND) * row + inset]);
+    for (std::ptrdiff_t r = 0; r < rows; ++r) std::copy_n(positions + 3 * r * columns, 3 * columns, &wide[(r + BEYOND) * row + inset]);
     for (std::ptrdiff_t c = 0; c < columns; ++c) extrapolate(&wide[BEYOND * row + inset + 3 * c], rows, row);
     for (std::ptrdiff_t r = 0; r < rows + 2 * BEYOND; ++r) extrapolate(&wide[r * row + inset], columns, 3);
     return wide;
@@ -124,7 +124,7 @@ Vec3 surface_point(const Nodes& wide, double row, double column) {
     return {found[0], found[1], found[2]};
 }
 
-SurfacePlace surface_at(const Nodes& wide, double x, double y) {
+SurfacePoint surface_at(const Nodes& wide, double x, double y) {
     double row = 0, column = 0, least = INFINITY;
     for (std::ptrdiff_t r = 0; r < wide.rows - 2 * BEYOND; ++r) {
         for (std::ptrdiff_t c = 0; c < wide.columns - 2 * BEYOND; ++c) {

@@ -18,8 +18,8 @@ struct Nodes {
     std::ptrdiff_t rows, columns, channels;
 };
 
-// places (rows, columns, 3), 2 x 2 or more, with BEYOND nodes more on each side, extrapolated linearly from the last two.
-std::vector<double> extended(const double* places, std::ptrdiff_t rows, std::ptrdiff_t columns);
+// positions (rows, columns, 3), 2 x 2 or more, with BEYOND nodes more on each side, extrapolated linearly from the last two.
+std::vector<double> extended(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns);
 
 // Writes the values (channels) where the grid's nodes are refine times as dense, at that row and column; nodes off the grid are those at
 // its border.
@@ -28,17 +28,17 @@ void refined_value(const Nodes& nodes, std::ptrdiff_t row, std::ptrdiff_t column
 // The same for all rows and columns, ((rows - 1) refine + 1, (columns - 1) refine + 1), of one channel.
 std::vector<double> refined_field(const std::vector<double>& field, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t refine);
 
-// Adds the values (channels) at a place of (row, column), in nodes of the refined grid, on a line between two of them, times a factor.
+// Adds the values (channels) at a position of (row, column), in nodes of the refined grid, on a line between two of them, times a factor.
 void add_along_line(const Nodes& nodes, double row, double column, std::ptrdiff_t refine, double factor, double* sum);
 
-// Point of a surface through the dots, wide (rows + 2 BEYOND, columns + 2 BEYOND, 3), at a place of (row, column) up to a node off them.
+// Point of a surface through the dots, wide (rows + 2 BEYOND, columns + 2 BEYOND, 3), at a position of (row, column) up to a node off them.
 Vec3 surface_point(const Nodes& wide, double row, double column);
 
-// A place on the surface, seen along z at x and y, and its unit normal out of the sensor, as it slopes over a node on each side: Newton
+// A point on the surface, seen along z at x and y, and its unit normal out of the sensor, as it slopes over a node on each side: Newton
 // steps from the nearest dot.
-struct SurfacePlace {
+struct SurfacePoint {
     Vec3 point, normal;
 };
-SurfacePlace surface_at(const Nodes& wide, double x, double y);
+SurfacePoint surface_at(const Nodes& wide, double x, double y);
 
 }  // namespace tactile

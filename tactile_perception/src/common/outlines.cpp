@@ -96,7 +96,7 @@ double signed_area(const Loop& loop) {
     return sum / 2;
 }
 
-// Whether the loop encloses a place: an odd number of its sides are crossed on the way along the row.
+// Whether the loop encloses a point: an odd number of its sides are crossed along the row.
 bool encloses(const Loop& loop, double row, double column) {
     bool inside = false;
     for (std::size_t i = 0, j = loop.size() - 2; i < loop.size(); j = i, i += 2) {
@@ -107,8 +107,8 @@ bool encloses(const Loop& loop, double row, double column) {
 }
 
 void append(Loops& all, const Loop& loop, std::int64_t region) {
-    all.places.insert(all.places.end(), loop.begin(), loop.end());
-    all.start.push_back(static_cast<std::int64_t>(all.places.size() / 2));
+    all.vertices.insert(all.vertices.end(), loop.begin(), loop.end());
+    all.start.push_back(static_cast<std::int64_t>(all.vertices.size() / 2));
     all.region.push_back(region);
 }
 
@@ -162,17 +162,18 @@ Loops find_outlines(const double* score, std::ptrdiff_t rows, std::ptrdiff_t col
     }
     const std::vector<double> fine = refined_field(part, height, width, refine);
     Loops loops = find_contours(fine.data(), (height - 1) * refine + 1, (width - 1) * refine + 1, level);
-    for (std::size_t i = 0; i < loops.places.size(); ++i) {
-        loops.places[i] = loops.places[i] / static_cast<double>(refine) + static_cast<double>((i % 2 == 0 ? top : left) - 2);
+    for (std::size_t i = 0; i < loops.vertices.size(); ++i) {
+        loops.vertices[i] = loops.vertices[i] / static_cast<double>(refine) + static_cast<double>((i % 2 == 0 ? top : left) - 2);
     }
     return loops;
 }
 
 std::vector<double> points_of(const Loops& loops, const Nodes& wide, std::ptrdiff_t refine) {
-    std::vector<double> points(loops.places.size() / 2 * 3);
+    std::vector<double> points(loops.vertices.size() / 2 * 3);
     const auto fine = static_cast<double>(refine);
-    for (std::size_t i = 0; i < loops.places.size() / 2; ++i) {
-        add_along_line(wide, (loops.places[2 * i] + BEYOND) * fine, (loops.places[2 * i + 1] + BEYOND) * fine, refine, 1, &points[3 * i]);
+    for (std::size_t i = 0; i < loops.vertices.size() / 2; ++i) {
+        add_along_line(wide, (loops.vertices[2 * i] + BEYOND) * fine, (loops.vertices[2 * i + 1] + BEYOND) * fine, refine, 1,
+                       &points[3 * i]);
     }
     return points;
 }

@@ -13,14 +13,14 @@ constexpr double OUTLINE_SIGMA = 0.3, OUTLINE_LENGTH = 1.0;
 // Standard deviations by which the two variances of a region with a direction differ (about 10 degrees uncertainty). Chosen.
 constexpr double DIRECTION = 3.0;
 
-// Rows or columns that some places need: those around them and one node more on each side, where there is one, for the cubic.
+// Rows or columns that some vertices need: those around them and one node more on each side, where there is one, for the cubic.
 struct Span {
     std::ptrdiff_t first, count;
 };
 
-Span span_of(const std::vector<double>& places, std::size_t axis, std::ptrdiff_t nodes) {
+Span span_of(const std::vector<double>& vertices, std::size_t axis, std::ptrdiff_t nodes) {
     double least = INFINITY, most = -INFINITY;
-    for (std::size_t i = axis; i < places.size(); i += 2) least = std::min(least, places[i]), most = std::max(most, places[i]);
+    for (std::size_t i = axis; i < vertices.size(); i += 2) least = std::min(least, vertices[i]), most = std::max(most, vertices[i]);
     const std::ptrdiff_t first = std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::floor(least)) - 1, 1 - BEYOND);
     return {first, std::min(static_cast<std::ptrdiff_t>(std::ceil(most)) + 1, nodes + BEYOND - 2) - first + 1};
 }
@@ -30,20 +30,21 @@ void integrands(const Nodes& wide, std::ptrdiff_t row, std::ptrdiff_t column, do
     const std::ptrdiff_t node = (row + BEYOND) * wide.columns + column + BEYOND;
     const Vec3 across = vec3_at(wide.values, node + 1) - vec3_at(wide.values, node - 1);
     const Vec3 down = vec3_at(wide.values, node + wide.columns) - vec3_at(wide.values, node - wide.columns);
-    const Vec3 area = 0.25 * cross(across, down), place = vec3_at(wide.values, node);
+    const Vec3 area = 0.25 * cross(across, down), position = vec3_at(wide.values, node);
     const double density = length(area);
     found[0] = density;
     store(found + 1, 0, area);
-    store(found + 4, 0, density * place);
-    found[7] = density * place.x * place.x, found[8] = density * place.x * place.y, found[9] = density * place.y * place.y;
+    store(found + 4, 0, density * position);
+    found[7] = density * position.x * position.x, found[8] = density * position.x * position.y,
+    found[9] = density * position.y * position.y;
 }
 
 }  // namespace
 
 RegionMoments region_moments(const Loops& loops, std::ptrdiff_t regions, const Nodes& wide, std::ptrdiff_t refine) {
     RegionMoments found{std::vector<double>(regions * MOMENTS), NAN};
-    if (loops.places.empty()) return found;
-    const Span rows = span_of(loops.places, 0, wide.rows - 2 * BEYOND), columns = span_of(loops.places, 1, wide.columns - 2 * BEYOND);
+    if (loops.vertices.empty()) return found;
+    const Span rows = span_of(loops.vertices, 0, wide.rows - 2 * BEYOND), columns = span_of(loops.vertices, 1, wide.columns - 2 * BEYOND);
     // Integrated along the columns once; a contour integral over the rows then gives the double integral.
     std::vector<double> along(rows.count * columns.count * MOMENTS);
     double last[MOMENTS] = {}, here[MOMENTS], total = 0;
@@ -62,8 +63,8 @@ RegionMoments region_moments(const Loops& loops, std::ptrdiff_t regions, const N
     for (std::size_t loop = 0; loop < loops.region.size(); ++loop) {
         const std::int64_t first = loops.start[loop], count = loops.start[loop + 1] - first;
         for (std::int64_t i = 0; i < count; ++i) {  // by the trapezoidal rule between vertices
-            const double* at = &loops.places[2 * (first + i)];
-            const double step = loops.places[2 * (first + (i + 1) % count)] - loops.places[2 * (first + (i + count - 1) % count)];
+            const double* at = &loops.vertices[2 * (first + i)];
+            const double step = loops.vertices[2 * (first + (i + 1) % count)] - loops.vertices[2 * (first + (i + count - 1) % count)];
             add_along_line(nodes, (at[0] - static_cast<double>(rows.first)) * fine, (at[1] - static_cast<double>(columns.first)) * fine,
                            refine, 0.5 * step, &found.of[loops.region[loop] * MOMENTS]);
         }

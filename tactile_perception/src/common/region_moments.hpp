@@ -18,8 +18,8 @@ struct RegionMoments {
     double pitch;            // mean distance of neighbouring dots in the part of the surface that the regions cover
 };
 
-// Moments of the regions, without their holes, on the surface wide (see dot_surface), by polygons that are refine steps a node. Places are
-// at most a node off the grid.
+// Moments of the regions, without their holes, on the surface wide (see dot_surface), by polygons that are refine steps a node. Vertices
+// are at most a node off the grid.
 RegionMoments region_moments(const Loops& loops, std::ptrdiff_t regions, const Nodes& wide, std::ptrdiff_t refine);
 
 // Standard deviation of an integral over a region due to errors of its outline; squares: over its border, of the integrand. Errors of a

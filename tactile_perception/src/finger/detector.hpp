@@ -30,7 +30,7 @@ inline Eigen::Vector4d unmix(const Eigen::Vector4d& sums) {
     return {(total - x - y + cross) / 4, (total + x - y - cross) / 4, (total + x + y + cross) / 4, (total - x + y - cross) / 4};
 }
 
-// Eq 1 without its offset, half widths, clipped to the detector: noise takes weak light beyond it. NaN without light.
+// Eq 1 without its offset, half widths, clipped to the detector, which noise of weak light may exceed. NaN without light.
 inline Eigen::Vector2d centroid(const Eigen::Vector4d& sums) {
     const auto along = [&](Sum axis) { return std::min(std::max(sums[axis] / sums[TOTAL], -1.0), 1.0); };
     return {along(X), along(Y)};
@@ -41,7 +41,7 @@ enum Channel : std::ptrdiff_t { NORMAL, DEVIATION = 3, INSIDE, LEVEL, CROSS_PART
 
 // The cover shows a share of a contact's motion late, with one time constant.
 struct Creep {
-    double share = 0.04, seconds = 0.03;  // of a soft silicone. Chosen
+    double share = 0.04, seconds = 0.03;  // of a soft silicone
     bool measured = false;
 };
 
@@ -89,7 +89,7 @@ class Cell {
 
     const double* node_;
     std::ptrdiff_t right_, up_;  // steps to the neighbouring nodes
-    double s_, t_;               // place within the cell, 0 to 1
+    double s_, t_;               // position within the cell, 0 to 1
 };
 
 }  // namespace tactile::finger

@@ -9,17 +9,16 @@
 namespace tactile::finger {
 namespace {
 
-constexpr double FAR = std::numeric_limits<double>::infinity();
-constexpr double AT_ONCE = 0.01;  // s, longest time that is judged at once. Derived: one period of lamps on 50 Hz mains
-constexpr double STUCK = 50;      // equal samples in a row that mark an output as stuck. Chosen: noise of one count makes 50 in a row very
-                                  // unlikely
-constexpr double GAP = 0.003;     // s without samples, beyond which neighbours are not compared. Chosen: an object moves little in it
-constexpr double LOST = 0.1;      // s without samples, after which a contact is a new one. Chosen: shorter than two presses of a finger
-constexpr double LONGEST_STEP = 1;  // s between single samples of unknown rate. Chosen, as in finger/stage.py
-constexpr double HIGHEST = 1e12;    // V. Chosen: beyond any signal, and squares stay far from overflow
+constexpr double FOREVER_S = std::numeric_limits<double>::infinity();
+constexpr double BLOCK_S = 0.01;      // longest time that is judged at once: one period of lamps on 50 Hz mains
+constexpr double STUCK_SAMPLES = 50;  // equal samples in a row of a stuck output; noise of one count makes 50 very unlikely
+constexpr double GAP_S = 0.003;       // without samples, beyond which neighbours are not compared: an object moves little in it
+constexpr double LOST_S = 0.1;        // without samples, after which a contact is a new one: shorter than two presses of a finger
+constexpr double MAX_PERIOD_S = 1;    // between single samples of unknown rate, as in finger/stage.py
+constexpr double MAX_VOLTS = 1e12;    // beyond any signal, and squares stay far from overflow
 
 bool is_known(const Eigen::Vector4d& volts) {
-    return (volts.array().abs() <= HIGHEST).all();  // not of NaN
+    return (volts.array().abs() <= MAX_VOLTS).all();  // not of NaN
 }
 
 }  // namespace
@@ -46,18 +45,18 @@ void PsdFinger::set_reference() {
 
 void PsdFinger::interrupt(double seconds) {
     gap_s_ += seconds;
-    if (gap_s_ > GAP) {
+    if (gap_s_ > GAP_S) {
         light_.interrupt();
         last_.setConstant(UNKNOWN);
         same_.setZero();
     }
-    if (gap_s_ > LOST) light_.release();
+    if (gap_s_ > LOST_S) light_.release();
 }
 
 Samples PsdFinger::detect(const Volts& volts, double period) {
     Samples found;
     found.sums.setConstant(4, volts.cols(), UNKNOWN);
-    const auto at_once = std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::min(AT_ONCE / period, 1e9)), 1);
+    const auto at_once = std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::min(BLOCK_S / period, 1e9)), 1);
     for (std::ptrdiff_t begin = 0; begin < volts.cols(); begin += at_once) {
         const std::ptrdiff_t count = std::min(at_once, volts.cols() - begin);
         for (std::ptrdiff_t k = begin; k < begin + count; ++k) add(volts.col(k), period, found);
@@ -69,11 +68,11 @@ Samples PsdFinger::detect(const Volts& volts, double period) {
 // Adds the state of one sample.
 void PsdFinger::add(const Eigen::Vector4d& volts, double period, Samples& found) {
     const auto at = static_cast<std::ptrdiff_t>(found.id.size());
-    for (int i = 0; i < 4; ++i)  // an output that is saturated stands still for that
+    for (int i = 0; i < 4; ++i)  // a saturated output may be constant
         same_[i] = volts[i] < settings_.saturation ? (volts[i] == last_[i] ? same_[i] + 1 : 1) : 0;
     last_ = volts;
     std::optional<Eigen::Vector4d> sums;
-    const bool was = light_.touching();
+    const bool was_touching = light_.touching();
     if (is_known(volts)) {
         gap_s_ = 0;
         sums = light_.add(volts, period, *model_);
@@ -81,7 +80,7 @@ void PsdFinger::add(const Eigen::Vector4d& volts, double period, Samples& found)
         interrupt(period);
     }
     const bool contact = sums && light_.touching();
-    if (contact && !was) ++id_;
+    if (contact && !was_touching) ++id_;
     if (sums) found.sums.col(at) = *sums;
     found.known.push_back(sums.has_value());
     found.contact.push_back(contact);
@@ -116,10 +115,10 @@ Estimates PsdFinger::estimate(const Volts& volts, double stamp_s, double period)
     last_s_ = stamp_s;
     if (period > 0) {
         if (stamp_s > next_s_ + period) interrupt(stamp_s - next_s_);
-    } else if (0 < since && since < LONGEST_STEP) {
+    } else if (0 < since && since < MAX_PERIOD_S) {
         period = since;
     } else {
-        interrupt(FAR);
+        interrupt(FOREVER_S);
         found.needs_period = true;
         return found;
     }
@@ -147,11 +146,11 @@ Estimate PsdFinger::estimate_run(const Samples& samples, std::pair<std::ptrdiff_
 }
 
 std::array<bool, 4> PsdFinger::stuck() const {
-    return {same_[0] >= STUCK, same_[1] >= STUCK, same_[2] >= STUCK, same_[3] >= STUCK};
+    return {same_[0] >= STUCK_SAMPLES, same_[1] >= STUCK_SAMPLES, same_[2] >= STUCK_SAMPLES, same_[3] >= STUCK_SAMPLES};
 }
 
 bool PsdFinger::is_stuck() const {
-    return same_.maxCoeff() >= STUCK;
+    return same_.maxCoeff() >= STUCK_SAMPLES;
 }
 
 }  // namespace tactile::finger

@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// The PSD finger: batches of voltages in, contacts out. One object holds all that a batch hands to the next.
+// The PSD finger: batches of voltages in, contacts out. One object holds the state between batches.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ using Volts = Eigen::Ref<const Eigen::Matrix4Xd>;  // outputs of samples, V, a c
 struct FingerSettings {
     double radius = 0.016;           // m, outer radius of the cover
     double saturation = 4.9;         // V, at which an output saturates
-    double reference_seconds = 0.2;  // s, that the untouched outputs are measured for
+    double reference_seconds = 0.2;  // s of untouched outputs at the start
     double fastest_drift = 0.1;      // V/s, fastest drift of the total of the untouched outputs
     double threshold = UNKNOWN;      // V, of the total: the published method; NaN: contact by noise and calibration, ambient light followed
     bool each_sample = false;        // a result for each sample, not for each run of them
@@ -52,13 +52,14 @@ struct Estimates {
     bool needs_period = false;  // a single sample of unknown rate that follows no other: it has no result
 };
 
+// A finger: settings, calibrated model, and the state between batches.
 class PsdFinger {
  public:
     PsdFinger(std::shared_ptr<const FingerModel> model, const FingerSettings& settings);
-    // Measure the untouched state again from the next samples.
+    // Measures the untouched state again, from the next samples.
     void set_reference();
-    // Results of a batch, the first sample of which was taken at stamp_s; period: s, NaN for a single sample of unknown rate. None for
-    // samples without a reference.
+    // Results of a batch whose first sample was taken at stamp_s; period: s, NaN for a single sample of unknown rate. Samples without a
+    // reference have no result.
     Estimates estimate(const Volts& volts, double stamp_s, double period);
 
     // Whether each output has stopped changing.
@@ -66,7 +67,7 @@ class PsdFinger {
     const Light& light() const { return light_; }
 
  private:
-    // Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here.
+    // Samples are missing for some seconds: changes are not followed across the gap, nor contacts across a long one.
     void interrupt(double seconds);
     // States of samples period apart, s.
     Samples detect(const Volts& volts, double period);

@@ -11,30 +11,33 @@
 namespace tactile::finger {
 namespace {
 
-// What decides, with its reason; what half and double of each does: docs/psd_finger_method.md.
+// Constants of contact and ambient light. The effect of halving and doubling each: docs/psd_finger_method.md.
 struct Rule {
-    double certain = 5, quiet = 3;  // noises from which light has come or changed, and within which it has not: once in 1e6, 400 samples
-    double rests = 5;               // periods of mains, alike, in which an object rests: shorter than any press by hand
-    double flat = 0.2;              // s: so long no hand holds an object near without touching; after it a rest is forgotten
-    double grows = 0.1;             // part of the light by which an object's grows in two periods of mains, and a lamp's does not
-    double around = 0.2;            // half widths, from the centroid of the offset, which holds dark voltages, to a lamp's
-    double apart = 0.05;            // half widths: how far the centroid moves when an object is pressed harder
-    double brightest = 3;           // of the room's light, of a lamp: beyond it is a second object
-    double shade = 0.05;            // of the room's light, that an object shades, and its standard deviation before it is measured
-    double differs = 0.01;          // the same between objects, of all of the room's light
-    double unseen = 0.5;            // s for which a drift goes on under a contact: half of a room's fastest period
-    double acceleration = 0.2;      // 1/sqrt(s), as part of the fastest drift: a room takes seconds to come to that
+    double change_sigmas = 5;         // standard deviations from which light has changed: exceeded by noise once in 1e6 samples
+    double quiet_sigmas = 3;          // standard deviations within which light has not changed: exceeded once in 400 samples
+    double rest_periods = 5;          // mains periods of equal light in which an object rests: shorter than any press by hand
+    double steady_s = 0.2;            // s of constant light without contact that is ambient light: no hand hovers that long
+    double growth = 0.1;              // relative growth of an object's light in two mains periods; a lamp's is less
+    double lamp_radius = 0.2;         // half widths between the spots of a lamp and of the offset, which includes dark voltages
+    double object_radius = 0.05;      // half widths by which the spot moves when an object is pressed harder
+    double max_lamp = 3;              // light of a lamp over the room's: brighter light is a second object
+    double shade = 0.05;              // share of the room's light that an object shades, and its standard deviation until it is measured
+    double shade_deviation = 0.01;    // standard deviation of that share between objects
+    double extrapolation_s = 0.5;     // s for which the drift is extrapolated under a contact: half of a room's fastest period
+    double drift_acceleration = 0.2;  // 1/sqrt(s), over the fastest drift, which a room takes seconds to reach
 };
 constexpr Rule RULE;
 
-constexpr double MAINS_S = 0.01;  // a period of lamps on 50 Hz mains, over which light is averaged; a lamp is switched within two
-constexpr double MEMORY_S = 5;    // over which noise is averaged: some presses
-constexpr double APART_S = 0.02;  // without contact, after which it is a new one for the light that it holds
-constexpr double STEADY = 0.02;   // part of the light by which a lamp's varies, and an object's grows by creep
-constexpr double LEAST = 4;       // noises of the total that a contact has at least, and by which what is alike differs at most
-constexpr double BEFORE_S = 0.002, BEFORE = 4;  // s, and samples at least, in which light is averaged for a growth before an onset
-constexpr double LEAST_SIGMA = 1e-4;            // V, floor of the total's standard deviation: keeps thresholds positive for noiseless input
-constexpr std::size_t FEWEST = 5;               // samples of a measurement
+constexpr double MAINS_S = 0.01;        // a period of lamps on 50 Hz mains, over which light is averaged; a lamp switches within two
+constexpr double NOISE_MEMORY_S = 5;    // over which noise is averaged: some presses
+constexpr double NEW_CONTACT_S = 0.02;  // without contact, after which the next contact is a new one
+constexpr double STEADY_SHARE = 0.02;   // relative change of a lamp's light, and of an object's by creep
+constexpr double LIMIT_SIGMAS = 4;      // standard deviations: minimum of a contact's total, and largest difference of equal light
+constexpr double HISTORY_S = 0.002;     // over which light before an onset is averaged
+constexpr double MIN_HISTORY = 4;       // samples of that average
+constexpr double MIN_SIGMA = 1e-4;      // V, of the total: keeps thresholds positive for noiseless input
+constexpr double MAX_SHADE = 0.3;       // share of the room's light that any object shades
+constexpr std::size_t MIN_SAMPLES = 5;  // of the measurement of the untouched state
 
 double square(double value) {
     return value * value;
@@ -50,22 +53,22 @@ double deviation(const Eigen::ArrayXd& values) {
     return std::sqrt((values - values.mean()).square().mean());
 }
 
-// The cross term that is missing from light to which the shaded light is added, V; NaN where it is not known.
+// Cross term of light with the shaded light added, minus that of a single contact at its spot, V; NaN where it is not known.
 double missing_cross(const Eigen::Vector4d& light, const Eigen::Vector4d& shaded, const FingerModel& model) {
     const Eigen::Vector4d whole = light + shaded;
-    const Eigen::Vector2d place = centroid(whole);
-    if (!(light[TOTAL] > 0 && whole[TOTAL] > 0) || place.hasNaN()) return UNKNOWN;
-    return whole[CROSS] - Cell(model, place).value(CROSS_PART) * whole[TOTAL];
+    const Eigen::Vector2d spot = centroid(whole);
+    if (!(light[TOTAL] > 0 && whole[TOTAL] > 0) || spot.hasNaN()) return UNKNOWN;
+    return whole[CROSS] - Cell(model, spot).value(CROSS_PART) * whole[TOTAL];
 }
 
 }  // namespace
 
 void Offset::start(const Eigen::Vector4d& level, const Eigen::Matrix4d& spread, double fastest) {
-    // Light of the room changes in strength: the sums move together, nearly along the offset, which holds the dark voltages, too.
+    // The light of the room changes in strength: the sums move together, nearly along the offset, which includes the dark voltages.
     const Eigen::Vector4d along = level / std::max(std::abs(level[TOTAL]), 1e-9);
     const Eigen::Matrix4d moves = along * along.transpose() + 0.001 * Eigen::Matrix4d::Identity();
     drift_ = square(fastest / 4) * moves;
-    rate_ = square(RULE.acceleration * fastest) * moves;
+    rate_ = square(RULE.drift_acceleration * fastest) * moves;
     state_.setZero();
     jump(level, spread);
 }
@@ -135,12 +138,12 @@ void Light::measure() {
     Eigen::ArrayXd total(count);
     for (std::ptrdiff_t k = 0; k < count; ++k) total[k] = taken_[k][TOTAL];
     const double noise = deviation(total.tail(count - 1) - total.head(count - 1)) / std::sqrt(2.0) + 1e-12;
-    const double most = deviation(total) > LEAST * noise ? median({total.begin(), total.end()}) : total.maxCoeff();
+    const double most = deviation(total) > LIMIT_SIGMAS * noise ? median({total.begin(), total.end()}) : total.maxCoeff();
     std::vector<Eigen::Vector4d> used;
     std::copy_if(taken_.begin(), taken_.end(), std::back_inserter(used), [&](const Eigen::Vector4d& one) { return one[TOTAL] <= most; });
     Eigen::Vector4d mean = Eigen::Vector4d::Zero();
     for (const Eigen::Vector4d& one : used) mean += one / static_cast<double>(used.size());
-    noise_ = LEAST_SIGMA * LEAST_SIGMA * Eigen::Matrix4d::Identity();
+    noise_ = MIN_SIGMA * MIN_SIGMA * Eigen::Matrix4d::Identity();
     for (const Eigen::Vector4d& one : used) noise_ += (one - mean) * (one - mean).transpose() / std::max<double>(used.size() - 1, 1);
     offset_.start(mean, noise_ / static_cast<double>(used.size()), fastest_);
     taken_.clear();
@@ -151,7 +154,7 @@ std::optional<Eigen::Vector4d> Light::add(const Eigen::Vector4d& volts, double p
     if (!ready_) {
         taken_.push_back(mix(volts));
         have_s_ += period;
-        if (have_s_ >= seconds_ * (1 - 1e-9) && taken_.size() >= FEWEST) measure();
+        if (have_s_ >= seconds_ * (1 - 1e-9) && taken_.size() >= MIN_SAMPLES) measure();
         return std::nullopt;
     }
     const Eigen::Vector4d sums = mix(volts) - offset_.level();
@@ -159,33 +162,34 @@ std::optional<Eigen::Vector4d> Light::add(const Eigen::Vector4d& volts, double p
         touching_ = sums[TOTAL] > threshold_;
         return sums;
     }
-    const bool lamp = watch(sums, period), was = touching_, touched = was && seen_ > 1;
-    const Eigen::Vector2d place = centroid(sums);
+    const bool is_lamp = watch(sums, period), was_touching = touching_, touched = was_touching && seen_ > 1;
+    const Eigen::Vector2d spot = centroid(sums);
     double over = -std::numeric_limits<double>::infinity();
-    if (sums[TOTAL] > RULE.quiet * sigma() && !place.hasNaN())
-        over = sums[TOTAL] - std::max(LEAST * sigma(), Cell(model, place).value(LEVEL));  // a level of NaN is none
+    if (sums[TOTAL] > RULE.quiet_sigmas * sigma() && !spot.hasNaN())
+        over = sums[TOTAL] - std::max(LIMIT_SIGMAS * sigma(), Cell(model, spot).value(LEVEL));
     // Contact begins and ends at the light at first contact, with hysteresis.
-    touching_ = state_ == NEAR && (over > RULE.quiet * sigma() || (touched && !(over < -RULE.quiet * sigma())));
+    touching_ = state_ == NEAR && (over > RULE.quiet_sigmas * sigma() || (touched && !(over < -RULE.quiet_sigmas * sigma())));
     if (touching_) {
-        if (!was && apart_s_ > APART_S) begin(model);
+        if (!was_touching && apart_s_ > NEW_CONTACT_S) begin(model);
         apart_s_ = 0;
     } else {
-        if (was) clear_bin();
+        if (was_touching) clear_bin();
         apart_s_ += period;
-        if (state_ != WATCHED && !lamp) follow(sums, period);
+        if (state_ != WATCHED && !is_lamp) follow(sums, period);
     }
     return sums;
 }
 
-// Takes a sample into the state; returns whether it was the last one of a lamp's, which the offset then holds.
+// Updates the state by a sample; returns whether it completes the onset of a lamp, whose light is now part of the offset.
 bool Light::watch(const Eigen::Vector4d& sums, double period) {
-    const double total = sums[TOTAL], noise = sigma(), part = 1 / std::max(std::ceil(BEFORE_S / period), BEFORE);
-    const bool grown = seen_ < BEFORE || last_ > RULE.quiet * noise || recent_ > RULE.quiet * noise * std::sqrt(part / (2 - part));
+    const double total = sums[TOTAL], noise = sigma(), part = 1 / std::max(std::ceil(HISTORY_S / period), MIN_HISTORY);
+    const bool grown =
+        seen_ < MIN_HISTORY || last_ > RULE.quiet_sigmas * noise || recent_ > RULE.quiet_sigmas * noise * std::sqrt(part / (2 - part));
     recent_ = seen_ > 0 ? recent_ + part * (total - recent_) : total;
     last_ = total;
     ++seen_;
     if (state_ != WATCHED) {
-        const bool near = total > RULE.certain * noise || (state_ == NEAR && !(total < RULE.quiet * noise));
+        const bool near = total > RULE.change_sigmas * noise || (state_ == NEAR && !(total < RULE.quiet_sigmas * noise));
         if (!near || state_ == NEAR || grown) {
             state_ = near ? NEAR : NOTHING;
             return false;
@@ -198,13 +202,13 @@ bool Light::watch(const Eigen::Vector4d& sums, double period) {
     }
     const double half = std::max(std::ceil(MAINS_S / period), 3.0);
     (++watched_ > half ? late_ : early_) += sums / half;
-    if (total < RULE.quiet * noise) {
+    if (total < RULE.quiet_sigmas * noise) {
         state_ = NOTHING;  // a single spike
-    } else if (total > (1 + RULE.grows) * first_ + RULE.certain * noise) {
+    } else if (total > (1 + RULE.growth) * first_ + RULE.change_sigmas * noise) {
         state_ = NEAR;
     } else if (watched_ >= 2 * half) {
         const double change = std::abs(late_[TOTAL] - early_[TOTAL]);
-        const bool steady = change < RULE.quiet * noise * std::sqrt(2 / half) + STEADY * late_[TOTAL];
+        const bool steady = change < RULE.quiet_sigmas * noise * std::sqrt(2 / half) + STEADY_SHARE * late_[TOTAL];
         state_ = steady ? NOTHING : NEAR;
         if (steady) {
             offset_.jump(late_, noise_ / half);
@@ -216,7 +220,7 @@ bool Light::watch(const Eigen::Vector4d& sums, double period) {
     return false;
 }
 
-// Without contact the offset follows.
+// Follows the offset without contact.
 void Light::follow(const Eigen::Vector4d& sums, double period) {
     sum_ += sums;
     square_ += sums * sums.transpose();
@@ -227,28 +231,29 @@ void Light::follow(const Eigen::Vector4d& sums, double period) {
 void Light::update(double seconds) {
     const Eigen::Vector4d mean = sum_ / count_;
     const Eigen::Matrix4d noise = noise_ / count_;
-    const double total = mean[TOTAL], scatter = sigma() / std::sqrt(count_), drift = fastest_ * (RULE.flat / 2 + unseen_s_);
-    const bool left = leaves_;
+    const double total = mean[TOTAL], scatter = sigma() / std::sqrt(count_), drift = fastest_ * (RULE.steady_s / 2 + unseen_s_);
+    const bool was_touched = leaves_;
     leaves_ = false;
-    if (total < -RULE.quiet * scatter - fastest_ * seconds) {  // no object
+    if (total < -RULE.quiet_sigmas * scatter - fastest_ * seconds) {  // no object sends less than nothing
         offset_.jump(mean, noise);
-    } else if (total > RULE.quiet * std::hypot(scatter, uncertainty()) + drift) {  // an object near, or the room if it stays
-        if (std::abs(total - flat_at_) > RULE.quiet * scatter + 2 * fastest_ * flat_s_) {
+    } else if (total >
+               RULE.quiet_sigmas * std::hypot(scatter, uncertainty()) + drift) {  // an object that is near, or ambient light if it stays
+        if (std::abs(total - flat_at_) > RULE.quiet_sigmas * scatter + 2 * fastest_ * flat_s_) {
             flat_s_ = 0;
             flat_at_ = total;
         }
         flat_s_ += seconds;
-        if (flat_s_ >= RULE.flat) {
+        if (flat_s_ >= RULE.steady_s) {
             offset_.jump(mean, noise);
             flat_s_ = 0;
         }
-    } else if (left) {
+    } else if (was_touched) {
         offset_.predict(seconds);
     } else {
         flat_s_ = unseen_s_ = 0;
         offset_.correct(mean, noise, seconds);
-        const double part = -std::expm1(-seconds / MEMORY_S);
-        noise_ += part * (square_ / count_ + LEAST_SIGMA * LEAST_SIGMA * Eigen::Matrix4d::Identity() - noise_);
+        const double part = -std::expm1(-seconds / NOISE_MEMORY_S);
+        noise_ += part * (square_ / count_ + MIN_SIGMA * MIN_SIGMA * Eigen::Matrix4d::Identity() - noise_);
     }
     clear_bin();
 }
@@ -277,7 +282,7 @@ void Light::hold(Eigen::Ref<Eigen::Matrix4Xd> sums, const std::uint8_t* contact,
     }
     if (inside == 0) return;
     leaves_ = true;
-    if (unseen_s_ < RULE.unseen) {
+    if (unseen_s_ < RULE.extrapolation_s) {
         unseen_s_ += inside * period;
         ahead_s_ += inside * period;
         if (ahead_s_ >= 2 * MAINS_S) {
@@ -298,8 +303,8 @@ void Light::hold(Eigen::Ref<Eigen::Matrix4Xd> sums, const std::uint8_t* contact,
     if (rest_) {
         const Eigen::Vector4d change = mean + added - *rest_;
         const double noise = sigma() / std::sqrt(count);
-        if (std::abs(change[TOTAL]) > RULE.quiet * noise && of_room(change, noise)) {
-            if (of_contact(change, noise) || std::abs(change[TOTAL]) < RULE.certain * noise)
+        if (std::abs(change[TOTAL]) > RULE.quiet_sigmas * noise && of_room(change, noise)) {
+            if (of_contact(change, noise) || std::abs(change[TOTAL]) < RULE.change_sigmas * noise)
                 now_ = change;
             else
                 added -= change;
@@ -311,53 +316,53 @@ void Light::hold(Eigen::Ref<Eigen::Matrix4Xd> sums, const std::uint8_t* contact,
     }
 }
 
-// Whether a change of the light may be the room's: of its centroid, and not too bright.
+// Whether a change of the light may be the room's: it has the room's centroid, and is not too bright.
 bool Light::of_room(const Eigen::Vector4d& change, double sigma) const {
     const double size = std::abs(change[TOTAL]), least = (std::copysign(1.0, change[TOTAL]) * unmix(change)).minCoeff();
-    return room_[TOTAL] >= RULE.certain * sigma && least >= -sigma && size <= RULE.brightest * room_[TOTAL] &&
-           distance(change, room_) < RULE.around + RULE.certain * sigma / size;
+    return room_[TOTAL] >= RULE.change_sigmas * sigma && least >= -sigma && size <= RULE.max_lamp * room_[TOTAL] &&
+           distance(change, room_) < RULE.lamp_radius + RULE.change_sigmas * sigma / size;
 }
 
 // Whether it may be the object's.
 bool Light::of_contact(const Eigen::Vector4d& change, double sigma) const {
-    const double off = distance(change, *rest_);
-    return off < RULE.apart + RULE.certain * sigma / std::abs(change[TOTAL]) || off < distance(change, room_);
+    const double to_object = distance(change, *rest_);
+    return to_object < RULE.object_radius + RULE.change_sigmas * sigma / std::abs(change[TOTAL]) || to_object < distance(change, room_);
 }
 
-// Takes the mean of the present bin into account and begins the next one.
+// Processes the mean of the present bin and starts the next one.
 void Light::end_bin(double period, const FingerModel& model) {
     const double seconds = count_ * period, noise = sigma() / std::sqrt(count_);
     const Eigen::Vector4d light = sum_ / count_;
     since_s_ += seconds;
     restless_s_ += seconds;
-    if (3 * MAINS_S < since_s_ && since_s_ <= 3 * MAINS_S + RULE.flat) measure_shade(light, seconds, model);
+    if (3 * MAINS_S < since_s_ && since_s_ <= 3 * MAINS_S + RULE.steady_s) measure_shade(light, seconds, model);
     clear_bin();
     bins_.push_back(light);
-    if (bins_.size() > RULE.rests) bins_.erase(bins_.begin());
-    if (bins_.size() == RULE.rests) {
+    if (bins_.size() > RULE.rest_periods) bins_.erase(bins_.begin());
+    if (bins_.size() == RULE.rest_periods) {
         Eigen::Vector4d mean = Eigen::Vector4d::Zero(), least = light, most = light;
         for (const Eigen::Vector4d& bin : bins_) {
-            mean += bin / RULE.rests;
+            mean += bin / RULE.rest_periods;
             least = least.cwiseMin(bin);
             most = most.cwiseMax(bin);
         }
-        if ((most - least).maxCoeff() <= LEAST * noise) judge_rest(mean, noise / std::sqrt(RULE.rests));
+        if ((most - least).maxCoeff() <= LIMIT_SIGMAS * noise) judge_rest(mean, noise / std::sqrt(RULE.rest_periods));
     }
-    if (restless_s_ > RULE.flat) rest_.reset();
+    if (restless_s_ > RULE.steady_s) rest_.reset();
 }
 
-// The object rests with that light: what it differs from the last rest by is the room's, the object's, or may be either.
+// The object rests with that light: its difference from the last rest is the room's, the object's, or may be either.
 void Light::judge_rest(const Eigen::Vector4d& light, double sigma) {
     restless_s_ = 0;
     const Eigen::Vector4d change = rest_ ? (light - *rest_).eval() : Eigen::Vector4d::Zero().eval();
-    const bool changed = std::abs(change[TOTAL]) > RULE.certain * sigma;
+    const bool changed = std::abs(change[TOTAL]) > RULE.change_sigmas * sigma;
     const bool lamp = changed && of_room(change, sigma) && !of_contact(change, sigma);
-    // What is left when the object goes.
-    const double most = LEAST * sigma + STEADY * (rest_ ? (*rest_)[TOTAL] : 0);
-    const bool came = doubtful_[TOTAL] > RULE.certain * sigma && ((light - doubtful_).array().abs() < most).all();
+    // Light that remains when the object leaves.
+    const double most = LIMIT_SIGMAS * sigma + STEADY_SHARE * (rest_ ? (*rest_)[TOTAL] : 0);
+    const bool came = doubtful_[TOTAL] > RULE.change_sigmas * sigma && ((light - doubtful_).array().abs() < most).all();
     const bool left = change[TOTAL] < 0 && changed && (came || (of_room(light, sigma) && !of_contact(light, sigma)));
     if (lamp || left) {
-        offset_.jump(lamp ? change : light, noise_ / (RULE.rests * 10));
+        offset_.jump(lamp ? change : light, noise_ / (RULE.rest_periods * 10));
         bins_.clear();
         if (left) interrupt();
         return;
@@ -369,27 +374,28 @@ void Light::judge_rest(const Eigen::Vector4d& light, double sigma) {
 // Information on the shaded part of the room's light before it is measured.
 double Light::shade_known() const {
     const double all = std::max(std::abs(room_[TOTAL]), 1e-9);
-    return 1 / square(std::max(RULE.shade * std::min(std::abs(beyond_[TOTAL]) / all, 1.0), RULE.differs));
+    return 1 / square(std::max(RULE.shade * std::min(std::abs(beyond_[TOTAL]) / all, 1.0), RULE.shade_deviation));
 }
 
-// What the object shades of the room's light.
+// Light of the room that the object shades.
 Eigen::Vector4d Light::shaded(double shade) const {
     return RULE.shade * beyond_ + shade * room_;
 }
 
-// Updates the shaded part by the cross term of a bin's light; its error by the model is the same in all bins of a contact.
+// Updates the shaded share by the cross term of a bin's light; the error of the model is the same in all bins of a contact.
 void Light::measure_shade(const Eigen::Vector4d& light, double seconds, const FingerModel& model) {
     const double missing = missing_cross(light, shaded(shade_), model);
-    const double slope = (missing_cross(light, shaded(shade_ + RULE.differs), model) - missing) / RULE.differs;
+    const double slope = (missing_cross(light, shaded(shade_ + RULE.shade_deviation), model) - missing) / RULE.shade_deviation;
     const double each = noise_(CROSS, CROSS) / count_, same = square(model.cross_volts) + offset_.spread()(CROSS, CROSS);
-    const double known = shade_known(), before = known + gained_, variance = each + same * RULE.flat / seconds;
-    if (!(square(missing) <= square(LEAST) * (each + same + slope * slope / before))) return;  // two contacts
-    const double after = std::min(before + slope * slope / variance, std::max(before, 1 / square(RULE.differs)));
+    const double known = shade_known(), before = known + gained_, variance = each + same * RULE.steady_s / seconds;
+    if (!(square(missing) <= square(LIMIT_SIGMAS) * (each + same + slope * slope / before)))
+        return;  // two contacts: the cross term is not that of one
+    const double after = std::min(before + slope * slope / variance, std::max(before, 1 / square(RULE.shade_deviation)));
     const double shade = shade_ - slope * missing / variance / after;
     if (std::isnan(shade)) return;
     const double expected = RULE.shade * beyond_[TOTAL], least = -expected / std::max(room_[TOTAL], expected);
     gained_ = after - known;
-    shade_ = std::min(std::max(shade, std::min(least, 0.0)), 0.3);  // no object adds light, or shades most of it
+    shade_ = std::min(std::max(shade, std::min(least, 0.0)), MAX_SHADE);  // no object adds light
 }
 
 LightErrors Light::errors() const {

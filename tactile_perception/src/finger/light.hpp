@@ -3,10 +3,10 @@
 // The light of a PSD finger as one state space: what the room sends, what the object shades of it, and what the object sends.
 //
 // The sums of the outputs are offset + light - shade * room + noise. The offset drifts, mostly along the room's light, and jumps when a
-// lamp is switched: a Kalman filter. The light is that of nothing, of an object that is near or touches, or
-// not known yet. Three facts tell a jump from an object. An object's light grows while it comes near, for the cover reflects before it
-// touches (Maekawa et al., section 6.3); a lamp's is constant. A lamp has the centroid of the room, an object its own. No object sends less
-// than nothing. Four outputs hold one number more than light and position, the cross term, which is known for a single contact: what is
+// lamp is switched: a Kalman filter. The light comes from nothing, from an object that is near or touches, or from a source that is not
+// known yet. Three facts distinguish a jump from an object. An object's light grows while it approaches, because the cover reflects before
+// it touches (Maekawa et al., section 6.3); a lamp's is constant. A lamp has the centroid of the room, an object its own. No object sends
+// negative light. Four outputs hold one number more than light and position, the cross term, which is known for a single contact: what is
 // missing there is shaded.
 #pragma once
 
@@ -20,15 +20,16 @@
 
 namespace tactile::finger {
 
-// The sums of the untouched outputs, V: a Kalman filter of drift that changes.
+// The sums of the untouched outputs, V, and their drift: a Kalman filter.
 class Offset {
  public:
-    // It is level, of that covariance; fastest: V/s, of its total.
+    // Starts at a level with a covariance; fastest: V/s, fastest drift of its total.
     void start(const Eigen::Vector4d& level, const Eigen::Matrix4d& spread, double fastest);
-    // It is higher by change, of that covariance, and its drift is not known.
+    // Adds a change with a covariance; the drift is unknown afterwards.
     void jump(const Eigen::Vector4d& change, const Eigen::Matrix4d& spread);
+    // Extrapolates by a time, s.
     void predict(double seconds);
-    // It was higher by above, of that covariance, in the mean of the seconds from now on.
+    // Predicts by the seconds, and corrects by a measured mean over them: the level plus above, with a covariance.
     void correct(const Eigen::Vector4d& above, const Eigen::Matrix4d& noise, double seconds);
 
     Eigen::Vector4d level() const { return state_.head<4>(); }
@@ -40,21 +41,22 @@ class Offset {
     Eigen::Matrix4d drift_ = Eigen::Matrix4d::Zero(), rate_ = drift_;           // V^2/s^2, of a drift not known; V^2/s^3, of its changes
 };
 
+// The ambient light of a finger, and whether something touches it, from its samples in order.
 class Light {
  public:
-    // seconds: of the untouched state at the start; fastest: V/s, drift of its total; threshold: V, of the total, for the published method
-    // (section 5), in which the offset stays; NaN for contact by noise and calibration.
+    // seconds: duration of the untouched state at the start; fastest: V/s, drift of its total; threshold: V, of the total, for the
+    // published method (section 5), with a constant offset; NaN for contact by noise and calibration.
     Light(double seconds, double fastest, double threshold) : seconds_(seconds), fastest_(fastest), threshold_(threshold) {}
-    // Measure the untouched state again; nothing touches.
+    // Measures the untouched state again; nothing touches.
     void reset();
-    // Samples are missing: what was before them does not show whether light grows or rests.
+    // Samples are missing: those before them do not show whether light grows or rests.
     void interrupt();
-    // Nothing touches.
+    // Ends the contact.
     void release();
-    // One more sample: its sums net of the offset, V, and whether something touches; nothing while the untouched state is measured.
+    // Adds a sample, outputs in V, period in s; returns its sums net of the offset, V, or nothing while the untouched state is measured.
     std::optional<Eigen::Vector4d> add(const Eigen::Vector4d& volts, double period, const FingerModel& model);
     bool touching() const { return touching_; }
-    // Corrects those of the last sums (4, N) that are in contact for light of the room that the object shades, or that changes.
+    // Corrects the last sums (4, N), V, where they are in contact, for shaded and changed light of the room.
     void hold(Eigen::Ref<Eigen::Matrix4Xd> sums, const std::uint8_t* contact, const std::uint8_t* saturated, double period,
               const FingerModel& model);
 
@@ -65,7 +67,7 @@ class Light {
     LightErrors errors() const;
 
  private:
-    enum State { NOTHING, WATCHED, NEAR };  // of the light: an onset is watched until it is an object's or a lamp's
+    enum State { NOTHING, WATCHED, NEAR };  // an onset is watched until it is known to be an object's or a lamp's
 
     void measure();
     bool watch(const Eigen::Vector4d& sums, double period);
@@ -83,30 +85,31 @@ class Light {
 
     double seconds_, fastest_, threshold_;
     bool ready_ = false, touching_ = false;
-    std::vector<Eigen::Vector4d> taken_;  // V, while the untouched state is measured
+    std::vector<Eigen::Vector4d> taken_;  // sums, V, while the untouched state is measured
     double have_s_ = 0;
     Offset offset_;
     Eigen::Matrix4d noise_ = Eigen::Matrix4d::Zero();
 
     State state_ = NOTHING;
-    double last_ = 0, recent_ = 0, seen_ = 0;  // totals: the last one, and of late; samples since an interruption
+    double last_ = 0, recent_ = 0, seen_ = 0;  // totals: the last one, and a recent mean; samples since an interruption
     double first_ = 0, watched_ = 0;           // total at an onset; samples since
-    Eigen::Vector4d early_, late_;             // their sums, in the first half of the time and since
+    Eigen::Vector4d early_, late_;             // mean sums in the first half of that time, and in the second
 
     Eigen::Vector4d sum_ = Eigen::Vector4d::Zero();  // of the samples of the present bin
     Eigen::Matrix4d square_ = Eigen::Matrix4d::Zero();
     double count_ = 0;
-    double flat_s_ = 0, flat_at_ = 0;                           // without contact: light that has been constant for so long
-    double unseen_s_ = 0, ahead_s_ = 0;                         // in contact: s without a look at the offset; of them, not predicted yet
+    double flat_s_ = 0, flat_at_ = 0;                           // duration, s, and total, V, of constant light without contact
+    double unseen_s_ = 0, ahead_s_ = 0;                         // s in contact; of them, s by which the offset is not predicted yet
     double apart_s_ = std::numeric_limits<double>::infinity();  // s since the last contact
-    bool leaves_ = false;                                       // the object that touched may still be near
+    bool leaves_ = false;                                       // the object of the last contact may still be near
 
-    Eigen::Vector4d room_ = Eigen::Vector4d::Zero(), beyond_ = room_;  // at the contact's begin; of it, what the calibration's had not
-    double shade_ = 0, gained_ = 0;        // part of the room that is shaded beyond the expected; information on it, gained so far
-    double since_s_ = 0, restless_s_ = 0;  // since the contact's begin, and since the last rest
-    std::vector<Eigen::Vector4d> bins_;    // light of the last ones
-    std::optional<Eigen::Vector4d> rest_;  // light of the object when it rested last
-    Eigen::Vector4d doubtful_ = room_, now_ = room_;  // changes that may be a lamp's: while it rested, and just now
+    Eigen::Vector4d room_ = Eigen::Vector4d::Zero(),
+                    beyond_ = room_;                  // room's light at the onset of contact, and its excess over that of the calibration
+    double shade_ = 0, gained_ = 0;                   // shaded share beyond the expected one; information on it
+    double since_s_ = 0, restless_s_ = 0;             // since the onset of contact, and since the last rest
+    std::vector<Eigen::Vector4d> bins_;               // mean light of the last bins
+    std::optional<Eigen::Vector4d> rest_;             // light of the object at its last rest
+    Eigen::Vector4d doubtful_ = room_, now_ = room_;  // changes that may be a lamp's: at the last rest, and in the last samples
 };
 
 }  // namespace tactile::finger

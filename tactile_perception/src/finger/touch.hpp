@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// The contact that samples of a PSD finger make: position and normal on the hemisphere (Maekawa et al., eqs 1 and 7), force, depth and
+// The contact of a PSD finger from its samples: position and normal on the hemisphere (Maekawa et al., eqs 1 and 7), force, depth and
 // their covariance.
 #pragma once
 
@@ -16,6 +16,7 @@ namespace tactile::finger {
 
 enum Flags { OUT_OF_RANGE = 1, AMBIGUOUS = 4, SATURATED = 8 };  // of tactile_msgs/Contact
 
+// One contact.
 struct Touch {
     std::int64_t id = 0;                                                               // constant while the contact lasts, from 1 on
     Eigen::Vector3d position = Eigen::Vector3d::Constant(UNKNOWN), normal = position;  // m; unit vector
@@ -31,11 +32,11 @@ struct MeanLight {
     bool saturated = false;                                     // an output was saturated in any sample
 };
 
-// What is known of the outputs, V.
+// Noise and ambient light of the outputs, V.
 struct LightErrors {
     Eigen::Matrix4d noise;  // V^2, covariance of a sample's sums
-    Eigen::Vector4d room;   // light of the room, whose centroid an error of it has; 0 where it is not known
-    double room_volts;      // standard deviation of the total that is taken off as the room's light
+    Eigen::Vector4d room;   // light of the room; its error has the same centroid; 0 where it is not known
+    double room_volts;      // standard deviation of the total that is subtracted as the room's light
     Eigen::Vector4d lamp;   // part of the contact's light that may be a lamp's
     bool stuck;             // an output has stopped changing
 };
@@ -45,18 +46,18 @@ Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const Fin
 
 // Covariance, half widths squared, of a centroid that is measured with that total, V: first-order propagation of eq 1. noise: of the sums,
 // V^2.
-Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, const Eigen::Matrix4d& noise);
+Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& spot, double total, const Eigen::Matrix4d& noise);
 
-// Takes the creep of the cover off the normals of one contact after the other.
+// Corrects the normals of successive contacts for the creep of the cover.
 //
-// The cover is a standard linear solid (Zener; Ferry, Viscoelastic Properties of Polymers, chapter 3): of a new load it shows all but a
-// share at once, and that share with one time constant. A contact that slides is seen at (1 - share) of its position and a share of the
-// fading average over its past, which leaves the position behind, and towards the middle of a bent path. Before a contact the cover bears
-// nothing; then a load that does not change.
+// The cover is a standard linear solid (Zener; Ferry, Viscoelastic Properties of Polymers, chapter 3): it follows a new load at once but
+// for a share, which follows with one time constant. A sliding contact is seen at (1 - share) of its position plus a share of the fading
+// average over its past: behind the object, and towards the centre of a bent path. The cover is unloaded before a contact, and then bears a
+// constant load.
 class CreepCorrection {
  public:
     explicit CreepCorrection(const Creep& creep) : creep_(creep) {}
-    // Where the creep is measured, takes it off a touch at a time, s; else its covariance gains what a typical cover would creep.
+    // Subtracts the creep, where it is calibrated, from a contact at a time, s; else adds the creep of a typical cover to its covariance.
     void correct(Touch& touch, double at_s, double radius);
 
  private:

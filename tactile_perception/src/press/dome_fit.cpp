@@ -1,154 +1,103 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Least squares by the method of Levenberg and Marquardt, with the damping of Nielsen (1999, Damping parameter in Marquardt's method,
-// IMM-REP-1999-05).
-#include "press/dome.hpp"
-
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "common/solver.hpp"
+#include "press/dome.hpp"
 
 namespace tactile {
 namespace {
 
-constexpr int ITERATIONS = 14;    // at most, trials included. Chosen
-constexpr double SETTLED = 0.1;   // of the longest step: over less, fields are linear. Chosen
-constexpr double GAINED = 1e-3;   // of the cost: a step that gains less is the last. Chosen
-constexpr double NEAREST = 0.1;   // least height of a point over the camera centre, of its untouched height. Chosen
-constexpr double DAMPED = 1e-3;   // first damping, over the normal equations' diagonal. Chosen
-constexpr double ASIDE = 2e-5;    // m, least distance of a place from the axis, on which the meridian is undefined. Chosen
+constexpr int MAX_STEPS = 14;               // trials included. Chosen
+constexpr double SETTLED_STEP = 0.1;        // of the longest step: over less, fields are linear. Chosen
+constexpr double SETTLED_GAIN = 1e-3;       // of the cost: a step that gains less is the last. Chosen
+constexpr double MIN_HEIGHT = 0.1;          // of a point over the camera's centre, of its untouched height. Chosen
+constexpr double FIRST_DAMPING = 1e-3;      // over the normal equations' diagonal. Chosen
+constexpr double MIN_AXIS_DISTANCE = 2e-5;  // m, of a press from the axis, on which the meridian is undefined. Chosen
 
-enum Known { MEAN, WEIGHT, LEAST, MOST, LONGEST };
+constexpr int MAX_STATE = MAX_DOME_PRESSES * PRESS;
+using State = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, MAX_STATE, 1>;
 
-// Presses, the residuals (K, 2) that they leave, and the slopes (K, n PRESS) of what markers show along x and along y; cost: weighted sum
-// of their squares and the prior's.
-struct Guess {
-    Eigen::VectorXd presses;
-    Eigen::MatrixXd left, slopes[2];
-    double cost;
+// The equations at some presses, the residuals (K, 2) that these leave, and the derivatives of what the markers show along x and along y.
+struct DomeEquations : NormalEquations<Eigen::Dynamic, MAX_STATE> {
+    Eigen::MatrixXd residual, slopes[2];  // (K, 2), (K, n PRESS)
+    using NormalEquations::NormalEquations;
 };
 
-class Problem {
+class DomeProblem {
  public:
-    Problem(const DomeLibrary& library, const DomeFrame& frame, const DomePrior& prior, Eigen::Index size)
-        : library_(library), frame_(frame), prior_(prior.replicate(1, size / PRESS)) {}
+    DomeProblem(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const PressPrior& prior,
+                Eigen::Index presses)
+        : library_(library),
+          markers_(markers),
+          frame_(frame),
+          mean_(prior.mean.replicate(presses, 1)),
+          weight_(prior.weight.replicate(presses, 1)),
+          bounds_{prior.lowest.replicate(presses, 1), prior.highest.replicate(presses, 1), prior.longest.replicate(presses, 1)} {}
 
-    double known(Known what, Eigen::Index number) const { return prior_(what, number); }
+    const Bounds<State>* const bounds = &bounds_;
 
-    Guess guess(Eigen::VectorXd presses) const {
-        const Eigen::Index count = frame_.points.rows(), size = presses.size();
-        for (Eigen::Index p = 0; p < size; p += PRESS)
-            if (std::hypot(presses[p + X], presses[p + Y]) < ASIDE) presses[p + X] = presses[p + X] < 0 ? -ASIDE : ASIDE;
-        Guess found{std::move(presses), Eigen::MatrixXd::Zero(count, 2), {}, 0};
-        for (auto& slopes : found.slopes) slopes = Eigen::MatrixXd::Zero(count, size);
+    DomeEquations linearise(State presses) const {
+        const Eigen::Index count = markers_.points.rows();
+        for (Eigen::Index p = 0; p < presses.size(); p += PRESS)
+            if (std::hypot(presses[p + X], presses[p + Y]) < MIN_AXIS_DISTANCE)
+                presses[p + X] = std::copysign(MIN_AXIS_DISTANCE, presses[p + X]);
+        DomeEquations found(presses);
+        found.residual.setZero(count, 2);
+        for (auto& slopes : found.slopes) slopes.setZero(count, presses.size());
         Points moved = Points::Zero(count, 3);
-        Eigen::MatrixXd by(count, 3 * size);
-        for (Eigen::Index p = 0; p < size; p += PRESS)
-            by.middleCols(3 * p, 3 * PRESS) = press_dome(library_, frame_.points, found.presses.segment<PRESS>(p), moved);
+        Eigen::MatrixXd by(count, 3 * presses.size());
+        for (Eigen::Index p = 0; p < presses.size(); p += PRESS)
+            by.middleCols<3 * PRESS>(3 * p) = press_dome(library_, markers_.points, presses.segment<PRESS>(p), moved);
         for (Eigen::Index k = 0; k < count; ++k)
             if (frame_.weight[k] > 0) appear(k, moved.row(k), by, found);
-        found.cost = frame_.weight.dot(found.left.rowwise().squaredNorm()) - (frame_.shared * found.left).squaredNorm() +
-                     prior_.row(WEIGHT).dot((found.presses.transpose() - prior_.row(MEAN)).cwiseAbs2());
+        for (int axis = 0; axis < 2; ++axis) {
+            found.add(found.slopes[axis], found.residual.col(axis), frame_.weight);
+            if (const Eigen::Index shared = frame_.shared.cols())
+                found.add(Eigen::MatrixXd(frame_.shared.transpose() * found.slopes[axis]),
+                          Eigen::VectorXd(frame_.shared.transpose() * found.residual.col(axis)), Eigen::VectorXd::Constant(shared, -1.0));
+        }
+        found.expect(mean_, weight_);
         return found;
     }
 
-    // Normal equations and their right side.
-    void linearise(const Guess& at, Eigen::MatrixXd& normal, Eigen::VectorXd& right) const {
-        normal = prior_.row(WEIGHT).asDiagonal();
-        right = prior_.row(WEIGHT).cwiseProduct(prior_.row(MEAN) - at.presses.transpose());
-        for (int axis = 0; axis < 2; ++axis) {
-            const Eigen::MatrixXd& slopes = at.slopes[axis];
-            const Eigen::MatrixXd weighted = frame_.weight.asDiagonal() * slopes, shared = frame_.shared * slopes;
-            normal += slopes.transpose() * weighted - shared.transpose() * shared;
-            right += weighted.transpose() * at.left.col(axis) - shared.transpose() * (frame_.shared * at.left.col(axis));
-        }
+    bool is_settled(const DomeEquations& at, const State& step, double gain) const {
+        return step.cwiseAbs().cwiseQuotient(bounds_.longest).maxCoeff() < SETTLED_STEP || gain < SETTLED_GAIN * at.cost;
     }
-
-    // The step that the damped normal equations ask for, within each number's range and longest step: the number that would go beyond by
-    // most stops there, one after the other, and the others step as if that were known. Empty where there is no solution.
-    Eigen::VectorXd step_from(const Eigen::VectorXd& presses, Eigen::MatrixXd normal, Eigen::VectorXd right, double damping) const {
-        normal.diagonal() *= 1 + damping;
-        while (true) {
-            const Eigen::LLT<Eigen::MatrixXd> factor(normal);
-            const Eigen::VectorXd step = factor.solve(right);
-            if (factor.info() != Eigen::Success || !step.allFinite()) return {};
-            Eigen::Index worst = -1;
-            double most = 1e-9, end = 0;
-            for (Eigen::Index a = 0; a < step.size(); ++a) {
-                const double down = std::max(-known(LONGEST, a), known(LEAST, a) - presses[a]);
-                const double up = std::min(known(LONGEST, a), known(MOST, a) - presses[a]);
-                const double allowed = std::clamp(step[a], down, up), over = std::abs(step[a] - allowed) / known(LONGEST, a);
-                if (over > most) worst = a, most = over, end = allowed;
-            }
-            if (worst < 0) return step;
-            right -= normal.col(worst) * end;
-            normal.row(worst).setZero(), normal.col(worst).setZero();
-            normal(worst, worst) = 1, right[worst] = end;
-        }
-    }
-
-    // The largest part of a longest step.
-    double largest(const Eigen::VectorXd& step) const { return step.transpose().cwiseAbs().cwiseQuotient(prior_.row(LONGEST)).maxCoeff(); }
 
  private:
-    // What marker k shows, as of (3) moved with slopes by (K, 3 n PRESS).
-    void appear(Eigen::Index k, const Eigen::RowVector3d& moved, const Eigen::MatrixXd& by, Guess& found) const {
-        const double away = frame_.plane_z - frame_.camera_centres(k, 2), before = frame_.points(k, 2) - frame_.camera_centres(k, 2);
-        const double height = std::max(before + moved[2], NEAREST * before);
+    // What marker k shows, as of (3) moved with derivatives by (K, 3 n PRESS).
+    void appear(Eigen::Index k, const Eigen::RowVector3d& moved, const Eigen::MatrixXd& by, DomeEquations& found) const {
+        const Eigen::RowVector3d still = markers_.points.row(k) - markers_.camera_centres.row(k);
+        const double plane = markers_.plane_z - markers_.camera_centres(k, 2),
+                     height = std::max(still[2] + moved[2], MIN_HEIGHT * still[2]);
         for (int axis = 0; axis < 2; ++axis) {
-            const double still = frame_.points(k, axis) - frame_.camera_centres(k, axis), offset = (still + moved[axis]) / height;
-            const double left = frame_.shift(k, axis) - (offset - still / before) * away;
-            if (!std::isfinite(left)) continue;
-            found.left(k, axis) = left;
-            for (Eigen::Index a = 0; a < found.presses.size(); ++a)
-                found.slopes[axis](k, a) = (by(k, 3 * a + axis) - offset * by(k, 3 * a + 2)) * away / height;
+            const double offset = (still[axis] + moved[axis]) / height;
+            const double residual = frame_.shift(k, axis) - (offset - still[axis] / still[2]) * plane;
+            if (!std::isfinite(residual)) continue;
+            found.residual(k, axis) = residual;
+            for (Eigen::Index a = 0; a < found.state.size(); ++a)
+                found.slopes[axis](k, a) = (by(k, 3 * a + axis) - offset * by(k, 3 * a + 2)) * plane / height;
         }
     }
 
     const DomeLibrary& library_;
+    const DomeMarkers& markers_;
     const DomeFrame& frame_;
-    const Eigen::MatrixXd prior_;
+    const State mean_, weight_;
+    const Bounds<State> bounds_;
 };
 
 }  // namespace
 
-DomeFit fit_dome(const DomeLibrary& library, const DomeFrame& frame, const Eigen::VectorXd& starts, const DomePrior& prior) {
-    const Eigen::Index size = starts.size();
-    const Problem problem(library, frame, prior, size);
-    Eigen::MatrixXd normal;
-    Eigen::VectorXd right, start = starts;
-    for (Eigen::Index a = 0; a < size; ++a) start[a] = std::clamp(start[a], problem.known(LEAST, a), problem.known(MOST, a));
-    Guess best = problem.guess(start);
-    problem.linearise(best, normal, right);
-    double damping = DAMPED, more = 2;
-    for (int turn = 0; turn < ITERATIONS; ++turn) {
-        const Eigen::VectorXd step = problem.step_from(best.presses, normal, right, damping);
-        if (!step.size()) break;
-        const double expected = step.dot(2 * right - normal * step), enough = GAINED * best.cost;
-        if (problem.largest(step) < SETTLED || expected < enough) {
-            best.presses += step;
-            for (int axis = 0; axis < 2; ++axis) best.left.col(axis) -= best.slopes[axis] * step;
-            break;
-        }
-        Guess trial = problem.guess(best.presses + step);
-        const double gained = best.cost - trial.cost;
-        if (gained > 0) {
-            best = std::move(trial);
-            problem.linearise(best, normal, right);
-            damping *= std::max(1.0 / 3, 1 - std::pow(2 * gained / expected - 1, 3));
-            more = 2;
-        } else {
-            damping *= more;
-            more *= 2;
-        }
-        if (gained >= 0 && gained < enough) break;
-    }
-    const Eigen::LLT<Eigen::MatrixXd> factor(normal);
-    const bool known = factor.info() == Eigen::Success;
-    const double unknown = std::numeric_limits<double>::quiet_NaN();
-    return {best.presses, known ? Eigen::MatrixXd(factor.solve(Eigen::MatrixXd::Identity(size, size)))
-                                : Eigen::MatrixXd::Constant(size, size, unknown), best.left};
+DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const Eigen::VectorXd& starts,
+                 const PressPrior& prior) {
+    DomeProblem problem(library, markers, frame, prior, starts.size() / PRESS);
+    const State start = starts.cwiseMax(problem.bounds->lowest).cwiseMin(problem.bounds->highest);
+    auto [at, last] = minimise(problem, start, MAX_STEPS, FIRST_DAMPING);
+    for (int axis = 0; axis < 2; ++axis) at.residual.col(axis) -= at.slopes[axis] * last;
+    return {at.state + last, at.covariance(), at.residual};
 }
 
 }  // namespace tactile

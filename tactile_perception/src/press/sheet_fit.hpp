@@ -6,50 +6,63 @@
 #include <Eigen/Core>
 #include <cstddef>
 
+#include "common/rows.hpp"
 #include "press/sheet_library.hpp"
 
 namespace tactile {
 
-constexpr int MOST_PRESSES = 2;
-constexpr int MOST_STATE = MOST_PRESSES * PRESS_SIZE + 2;  // the presses, the factor of their interaction, the lateness of a view
+using Rows6 = Rows<PRESS_SIZE>;
+using Rows9 = Rows<9>;
 
-// The markers of a frame: rest (N, 2), camera_centre (N, 3), m; value (N, 3) shift and growth, NaN where unknown; motion (N, 3) of
-// value since the frame before, of those that a second camera sees at a moment of its own, 0 for the others.
-struct SeenMarkers {
-    std::ptrdiff_t count;
-    const double *rest, *camera_centre, *value, *motion;
-    double radius;  // m, of a marker
+constexpr int MAX_SHEET_PRESSES = 2;
+
+// The untouched markers: rest (N, 2) and the centre of the camera that sees each (N, 3), m. radius: m, of a marker; nearer than near, m, to
+// a press it is a disc, farther away a point.
+struct SheetMarkers {
+    Rows2 rest;
+    Rows3 camera_centre;
+    double radius = 0, near = 0;
 };
 
-// Standard deviations: shift, m, and growth of an untouched marker; model error over a marker's displacement, and over the depth of the
-// press (growth 1/m).
+// What a frame shows: value (N, 3) shift, m, and growth, NaN where unknown; motion (N, 3) of value since the frame before, of the markers
+// that a second camera sees at a moment of its own, 0 for the others.
+struct SheetFrame {
+    Rows3 value, motion;
+};
+
+// Standard deviations: shift, m, and growth of an untouched marker; model error over a marker's displacement (growth 1/m), and over the
+// depth of the press (growth 1/m).
 struct MarkerNoise {
-    double shift, growth, share_shift, share_growth, depth_shift, depth_growth;
+    double shift = 0, growth = 0, share_shift = 0, share_growth = 0, depth_shift = 0, depth_growth = 0;
 };
 
-// What is known of the tip before: mean and standard deviation of the log of its radius over the middle one.
-struct TipPrior {
-    double log_radius, sigma;
+// What is known of the presses before the fit: mean and standard deviation of the log of the tip's radius over the middle one; drags:
+// whether the drags are unknown, else they are 0.
+struct SheetPrior {
+    double log_radius = 0, sigma = 0.15;
+    bool drags = false;
 };
 
-struct PressFit {
-    Eigen::VectorXd state;       // (S) of the presses, and of two the factor of their interaction
-    Eigen::MatrixXd covariance;  // (S, S), 0 of what is known
+struct SheetFit {
+    Rows6 presses;
+    double interaction;          // factor of the interaction of two, 0 for one
+    Eigen::MatrixXd covariance;  // (S, S) of the presses' numbers and, of two, of that factor; 0 of what is known
     double misfit, expected;     // mean squared normalised residual, and what the doubt of drags makes of 1
-    Eigen::Matrix<double, Eigen::Dynamic, WRENCH_SIZE, Eigen::RowMajor> wrenches;  // of each press
+    Rows9 wrenches;              // of each press
 };
 
-// Fits count presses from start (count, PRESS_SIZE); drags: whether their drags are unknown, too; near: m, from a press, within which
-// markers are discs, farther away points.
-PressFit fit_presses(const SheetTable& table, const SeenMarkers& seen, const MarkerNoise& noise, const TipPrior& tip, const double* start,
-                     int count, bool drags, double near);
+// Fits presses from start.
+SheetFit fit_presses(const SheetTable& table, const SheetMarkers& markers, const SheetFrame& frame, const MarkerNoise& noise,
+                     const SheetPrior& prior, const Rows6& start);
 
-// Shift and growth (N, 3) of markers under presses (count, PRESS_SIZE) with an interaction factor, and the displacement
-// of the sheet there with its derivatives by x and y (N, 3, 3).
-void show_presses(const SheetTable& table, const SeenMarkers& seen, const double* presses, int count, double mixed, double near,
-                  double* shown, double (*deformed)[3][3]);
+// Shift and growth of markers under presses with a factor of interaction, and columns by columns the Shape of the sheet there.
+struct ShownMarkers {
+    Rows3 value;
+    Rows9 shape;
+};
+ShownMarkers show_presses(const SheetTable& table, const SheetMarkers& markers, const Rows6& presses, double interaction);
 
-// Shift and growth (N, 3) of discs on a sheet with the field (side * side, 3) of one press at place (2,), m.
-void show_field(const SheetTable& table, const SeenMarkers& seen, const double* place, const float* field, double* shown);
+// Shift and growth (N, 3) of discs on a sheet with the field (side * side, 3) of one press at position (2,), m.
+Rows3 show_field(const SheetTable& table, const SheetMarkers& markers, const double* position, const float* field);
 
 }  // namespace tactile

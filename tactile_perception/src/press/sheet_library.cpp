@@ -200,18 +200,17 @@ TACTILE_WIDE void read_point(const SheetTable& table, const double* press, const
     const auto& [sums, bends] = node_sums;
     for (int o = 0; o < 3; ++o)
         for (int c = 0; c < 3; ++c) {
-            found.value[o][c] = sums[o][c * LANES];
-            for (int k = 0; k < numbers; ++k) found.slope[k][o][c] = sums[o][c * LANES + 1 + k];
+            found.value(c, o) = sums[o][c * LANES];
+            for (int k = 0; k < numbers; ++k) found.slope(3 * o + c, k) = sums[o][c * LANES + 1 + k];
         }
-    if (!numbers) return;
-    for (int c = 0; c < 3; ++c) {  // the mesh moves with the place pressed
-        for (int axis = 0; axis < 2; ++axis) {
-            const Splines& along = axis == 0 ? x : y;
-            double(&slope)[3][3] = found.slope[axis];
-            slope[0][c] += found.value[1 + axis][c] * along.carried;
-            slope[1][c] += bends[axis][c] * along.carried;
-            slope[2][c] += bends[1 + axis][c] * along.carried;
-            slope[1 + axis][c] += found.value[1 + axis][c] * along.stretch;
+    for (int axis = 0; axis < 2 && numbers; ++axis) {  // the mesh moves with the place pressed
+        const Splines& along = axis == 0 ? x : y;
+        auto slope = found.slope.col(axis);
+        for (int c = 0; c < 3; ++c) {
+            slope[c] += found.value(c, 1 + axis) * along.carried;
+            slope[3 + c] += bends[axis][c] * along.carried;
+            slope[6 + c] += bends[1 + axis][c] * along.carried;
+            slope[3 * (1 + axis) + c] += found.value(c, 1 + axis) * along.stretch;
         }
     }
 }

@@ -3,6 +3,7 @@
 // Displacement and wrench of a pressed sheet, looked up in a table of simulated presses.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
@@ -23,13 +24,17 @@ constexpr int TERMS = 12, STRAIGHT_TERMS = 3;
 // the pressure relative to the tip, m, x, y and z.
 constexpr int WRENCH_SIZE = 9;
 
+// What a table of presses covers: half size of the sheet, and of the area pressed, m; scale of the mesh and deepest press, m; largest log
+// radius; grading of the depths; the widening of sheet_fit.cpp, before steep slopes; half the spans of the mesh; order of the polynomials,
+// and levels of depth.
+struct SheetPlan {
+    Eigen::Vector2d half = Eigen::Vector2d::Zero(), reach = half;
+    double scale = 0, depth = 0, spread = 0, power = 0, widening = 0;
+    std::ptrdiff_t n = 0, order = 0, levels = 0;
+};
+
 // A table of presses; see press/sheet/library.py. Class 2 a + b holds what is odd along x (a) and odd along y (b).
-struct SheetTable {
-    double half[2], reach[2];  // m
-    double scale, depth;       // m
-    double spread, power;      // largest log radius; grading of the depths
-    double widening;           // of press/sheet_fit.cpp:Widening, before steep slopes
-    std::ptrdiff_t n, order, levels;
+struct SheetTable : SheetPlan {
     std::ptrdiff_t modes[4];          // of each class
     std::vector<float> coefficients;  // of each class (levels + 3, TERMS, order, order, modes + columns of the wrench)
     std::vector<float> shapes;        // of each class (modes, n + 1, n + 1, 3) on one quarter of the mesh
@@ -55,9 +60,12 @@ struct PressedSheet {
 // Numbers beyond the table are clamped to it. drags: whether derivatives by the drag are wanted; without, the drag counts as zero.
 void look_up(const SheetTable& table, const double* press, bool drags, PressedSheet& found);
 
-// A point of the sheet: displacement, its derivatives by x and by y (3, 3); and the derivatives of these by the press (PRESS_SIZE, 3, 3).
+// A point of the sheet: columns displacement, m, and its derivatives by x and by y. Its derivatives by the numbers of a press are columns
+// of nine, one such column after the other.
+using Shape = Eigen::Matrix3d;
 struct Deformed {
-    double value[3][3] = {}, slope[PRESS_SIZE][3][3];
+    Shape value = Shape::Zero();
+    Eigen::Matrix<double, 9, PRESS_SIZE> slope = Eigen::Matrix<double, 9, PRESS_SIZE>::Zero();
 };
 
 // Reads a point at rest, m, of a sheet pressed at press[0], press[1], with its field (side * side, CHANNELS); slopes by so many numbers of

@@ -131,6 +131,7 @@ class Press {
     Press(const SheetElements& sheet, const SheetLoad& load)
         : sheet_(sheet),
           load_(load),
+          squeeze_(std::pow(load.prestretch, -6)),
           side_(sheet.spans + 2),
           inner_(sheet.spans),
           matrix_(3 * inner_ * inner_, 3 * (2 * inner_ + 2) + 2),
@@ -187,7 +188,7 @@ class Press {
 
     // Residual force and, where wanted, its derivative by the displacement of the splines that are free.
     void balance(double depth, bool derivative) {
-        const Vector tip(load_.place[0], load_.place[1], -depth);
+        const Vector tip(load_.position[0], load_.position[1], -depth);
         if (derivative) matrix_.clear();
         std::fill(residual_.begin(), residual_.end(), 0.0);
         std::fill(wrench_, wrench_ + PRESS_WRENCH, 0.0);
@@ -220,7 +221,7 @@ class Press {
         const Eigen::Map<const Values> by[2] = {Eigen::Map<const Values>(slope), Eigen::Map<const Values>(slope + SPLINES)};
         const Eigen::Map<const Values> laplacian(sheet_.laplacian + point * SPLINES);
         const double weight = sheet_.weight[point], bending = weight * load_.bending;
-        const Membrane at(Vector::UnitX() + u.transpose() * by[0], Vector::UnitY() + u.transpose() * by[1], load_.squeeze);
+        const Membrane at(Vector::UnitX() + u.transpose() * by[0], Vector::UnitY() + u.transpose() * by[1], squeeze_);
         force += weight * (by[0] * at.stress[0].transpose() + by[1] * at.stress[1].transpose());
         force += bending * laplacian * (laplacian.transpose() * u);
         if (!stiffness) return;
@@ -276,6 +277,7 @@ class Press {
 
     const SheetElements& sheet_;
     const SheetLoad& load_;
+    const double squeeze_;
     std::ptrdiff_t side_, inner_;  // splines, and free ones, along each axis
     BandMatrix matrix_;
     std::vector<double> residual_, u_, last_;

@@ -3,6 +3,7 @@
 // A clamped sheet under a round tip: incompressible neo-Hookean membrane with bending, contact and friction, in equilibrium.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 
 namespace tactile {
@@ -15,14 +16,14 @@ struct SheetElements {
     const double *weight, *rest;              // of the points: (E, 4) m^2 and (E, 4, 2) m
 };
 
-// A round tip that presses straight down at place, m. Energies are per shear modulus times thickness.
+// A round tip that presses straight down at position, m. Energies are per shear modulus times thickness.
 struct SheetLoad {
-    double place[2], radius;
-    double squeeze;   // prestretch^-6
-    double bending;   // m^2
-    double friction;  // Coulomb's coefficient, of a tip that comes straight down
-    bool slides;      // whether all of the contact slides instead, with a traction of drag times the pressure
-    double drag[2];   // traction over pressure in the plane of the sheet
+    Eigen::Vector2d position = Eigen::Vector2d::Zero();
+    double radius = 0, prestretch = 1;
+    double bending = 0;                              // m^2
+    double friction = 0;                             // Coulomb's coefficient, of a tip that comes straight down
+    bool slides = false;                             // whether all of the contact slides instead, with a traction of drag times pressure
+    Eigen::Vector2d drag = Eigen::Vector2d::Zero();  // traction over pressure in the plane of the sheet
 };
 
 // Numbers of a wrench: force of the tip on the sheet, m; its moment about the tip, m^2; centre of the pressure relative to the tip, m.

@@ -4,6 +4,7 @@
 #include "taxel/motion.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +12,8 @@
 #include <utility>
 
 #include "common/median.hpp"
+#include "common/pseudo_inverse.hpp"
+#include "common/solver.hpp"
 #include "common/wide.hpp"
 
 namespace tactile::taxel {
@@ -19,14 +22,25 @@ namespace tactile::taxel {
 // Tukey's biweight. The image is the sum of a cubic B-spline at each taxel times its value there.
 namespace {
 
-constexpr double QUANTILE = 0.9;  // of the edges' distances, is the reach: a few edges beside the contact must not count
-constexpr int ITERATIONS = 4;
-constexpr double CONVERGED = 0.04;      // taxels: a step below it leaves an error of about a tenth of it
-constexpr double TUKEY = 4.685;         // of the biweight: 95 percent efficiency for Gaussian noise
-constexpr double LEAST_SPREAD = 0.015;  // least standard deviation of the image's residuals
-constexpr double FARTHEST = 1e6;        // taxels, of a guess, beyond which the fit has failed
+using Eigen::Vector4d;
 
-// Cubic B-spline at the four taxels around a place, part past the second.
+constexpr double QUANTILE = 0.9;  // of the edges' distances, is the reach: a few edges beside the contact must not count
+constexpr int MAX_STEPS = 4;
+constexpr double CONVERGED = 0.04;    // taxels: a step below it leaves an error of about a tenth of it
+constexpr Tukey KERNEL{4.685};        // standard deviations: 95 percent efficiency for Gaussian noise
+constexpr double MIN_SPREAD = 0.015;  // least standard deviation of the image's residuals
+constexpr double MAX_FIT = 1e6;       // taxels, of a guess, beyond which the fit has failed
+constexpr int SEARCH = 6;             // taxels around a guess that are searched: 0.6 m/s at 100 frames/s of 1 mm taxels
+constexpr double ACCEPTED = 0.2;      // standard deviation of an image's residuals, up to which a fit holds; of an image of about 0.8
+// Least information on a motion, over the best direction: the rough edge of a half plane has up to 0.06 on a shift, a bar of 5 : 2 has 0.4;
+// a face of 3 : 2 has 0.06 on a turn, a ring has only that of its roughness, so many times one over the number of edges.
+constexpr double INFORMATION = 0.04, ROUGHNESS = 3;
+constexpr int UNKNOWNS = 4;
+constexpr double NEGLIGIBLE = 1e-9;  // of the largest eigenvalue: rounding
+constexpr double JUMP = 5;           // taxels in a frame, of a centroid: no motion
+constexpr float TINY = 1e-12f;       // against a division by zero
+
+// Cubic B-spline at the four taxels around a point, part past the second.
 std::array<double, 4> spline(double part) {
     const double rest = 1 - part;
     return {rest * rest * rest / 6, (4 + part * part * (3 * part - 6)) / 6, (4 + rest * rest * (3 * rest - 6)) / 6, part * part * part / 6};
@@ -75,7 +89,7 @@ TACTILE_WIDE void slopes_of(const double* lines, std::ptrdiff_t columns, double*
 
 }  // namespace
 
-Keyframe::Keyframe(const Picture& picture, double steep) {
+EdgeKeyframe::EdgeKeyframe(const Picture& picture, double steep) {
     const std::ptrdiff_t rows = picture.rows, columns = picture.columns;
     std::vector<double> lines(3 * columns), across(columns), down(columns), value(columns), far;
     for (std::ptrdiff_t r = 1; r < rows - 1; ++r) {
@@ -86,52 +100,164 @@ Keyframe::Keyframe(const Picture& picture, double steep) {
             const double slope = std::hypot(across[c], down[c]);
             if (!(slope > steep)) continue;
             edges_.push_back({{static_cast<double>(c), static_cast<double>(r)}, value[c], {across[c], down[c], 0, -slope}});
-            middle += edges_.back().place;
+            middle += edges_.back().position;
         }
     }
     if (count() == 0) return;
     middle /= static_cast<double>(count());
-    for (const Edge& edge : edges_) far.push_back((edge.place - middle).norm());
+    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+    for (const Edge& edge : edges_) far.push_back((edge.position - middle).norm());
     reach = std::max(smallest(std::move(far), std::lround(QUANTILE * static_cast<double>(count() - 1))), 1e-6);
     for (Edge& edge : edges_) {
-        edge.place -= middle;
-        edge.slopes[2] = (edge.place.x() * edge.slopes[1] - edge.place.y() * edge.slopes[0]) / reach;
+        edge.position -= middle;
+        edge.slopes[2] = (edge.position.x() * edge.slopes[1] - edge.position.y() * edge.slopes[0]) / reach;
         normal += edge.slopes * edge.slopes.transpose();
     }
+    find_observable(normal);
 }
 
-Registration Keyframe::motion(const Picture& picture, bool turns, const Eigen::Vector4d& guess) const {
-    const Eigen::Vector4d fitted(1, 1, turns, 1);
-    Registration found{guess};
-    std::vector<double> left(edges_.size()), size(edges_.size());
-    for (int iteration = 0; iteration < ITERATIONS; ++iteration) {
-        const double turn = found.fit[2] / reach, cosine = std::cos(turn), sine = std::sin(turn);
-        for (std::size_t k = 0; k < edges_.size(); ++k) {
-            const double x = edges_[k].place.x(), y = edges_[k].place.y();
-            const double column = middle.x() + cosine * x - sine * y + found.fit[0],
-                         row = middle.y() + cosine * y + sine * x + found.fit[1];
-            left[k] = edges_[k].value - sampled(picture, row, column) - edges_[k].slopes[3] * found.fit[3];
-            size[k] = std::isnan(left[k]) ? std::numeric_limits<double>::infinity() : std::abs(left[k]);
+// Which motions the edges determine, from the products of their slopes. Of the slopes of few edges, a part of one over their number has any
+// direction by chance.
+void EdgeKeyframe::find_observable(const Eigen::Matrix4d& normal) {
+    if (count() < UNKNOWNS) return;
+    const double least = (INFORMATION + ROUGHNESS / static_cast<double>(count())) * (normal(0, 0) + normal(1, 1));
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> shifts(normal.topLeftCorner<2, 2>());
+    double turn_alone = normal(2, 2);  // information on a turn that no shift explains
+    blind_ = false;
+    for (int k = 0; k < 2; ++k) {
+        const double information = shifts.eigenvalues()[k];
+        const Eigen::Vector2d direction = shifts.eigenvectors().col(k);
+        if (!(information > least)) {
+            blind_ = true;
+            continue;
         }
-        const auto half = static_cast<std::ptrdiff_t>(size.size() / 2);
-        found.spread = std::max(SIGMA_PER_MAD * (size.empty() ? 0 : smallest(size, half)), LEAST_SPREAD);
-        Eigen::Matrix4d products = Eigen::Matrix4d::Zero();
-        Eigen::Vector4d right = Eigen::Vector4d::Zero();
-        for (std::size_t k = 0; k < edges_.size(); ++k) {
-            const double off = left[k] / (TUKEY * found.spread);
-            if (!(off * off < 1)) continue;
-            const Eigen::Vector4d slopes = edges_[k].slopes.cwiseProduct(fitted);
-            const Eigen::Vector4d weighed = (1 - off * off) * (1 - off * off) * slopes;
-            products += weighed * slopes.transpose();
-            right += weighed * left[k];
-        }
-        products.diagonal().array() += 1e-9 * products.trace() + 1e-12;
-        const Eigen::Vector4d step = products.ldlt().solve(right);
-        found.fit += step;
-        const double largest = step.cwiseAbs().maxCoeff();
-        if (!(largest >= CONVERGED && largest < FARTHEST)) break;
+        determined_ = true;
+        visible_.topLeftCorner<2, 2>() += direction * direction.transpose();
+        const double along = direction.dot(normal.block<2, 1>(0, 2));
+        turn_alone -= along * along / information;
     }
-    return found;
+    turns_ = turn_alone > least;
+    visible_(2, 2) = turns_;
+    visible_(3, 3) = 1;
+    const Eigen::Matrix3d covariance = pseudo_inverse<Eigen::Matrix4d>(visible_ * normal * visible_, NEGLIGIBLE).topLeftCorner<3, 3>();
+    position_sigma_ = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+}
+
+std::optional<KeyframeMotion> EdgeKeyframe::motion(const Picture& picture, const Eigen::Vector4d& guess) const {
+    if (!determined_) return {};
+    const Eigen::Vector4d start = visible_ * guess;
+    Registration found = fitted(picture, start);
+    if (!(found.spread <= ACCEPTED) && start.cwiseAbs().maxCoeff() < MAX_FIT) {
+        const Registration far = fitted(picture, searched(picture, start));
+        if (far.spread < found.spread) found = far;
+    }
+    if (!(found.spread <= ACCEPTED)) return {};
+    const double turn = turns_ ? found.fit[2] / reach : std::numeric_limits<double>::quiet_NaN();
+    return KeyframeMotion{found.fit, turn, reach, found.spread * position_sigma_, blind_};
+}
+
+Eigen::Vector4d EdgeKeyframe::searched(const Picture& picture, const Eigen::Vector4d& guess) const {
+    Eigen::Vector4d best = guess;
+    double least = std::numeric_limits<double>::infinity();
+    for (int down = -SEARCH; down <= SEARCH; ++down) {
+        for (int across = -SEARCH; across <= SEARCH; ++across) {
+            const Eigen::Vector4d start = guess + visible_ * Eigen::Vector4d(across, down, 0, 0);
+            double sum = 0;
+            for (const Edge& edge : edges_) {
+                const auto row = std::clamp<std::ptrdiff_t>(std::lround(middle.y() + edge.position.y() + start[1]), 0, picture.rows - 1);
+                const auto column =
+                    std::clamp<std::ptrdiff_t>(std::lround(middle.x() + edge.position.x() + start[0]), 0, picture.columns - 1);
+                sum += std::min(std::abs(edge.value - shown(picture.pressure[row * picture.columns + column], picture.scale)), 1.0);
+            }
+            if (!(sum < least)) continue;
+            least = sum;
+            best = start;
+        }
+    }
+    return best;
+}
+
+// Residuals of an image at the edges, and the equations of the fit that make them small.
+class EdgeKeyframe::Problem {
+ public:
+    struct Equations : NormalEquations<UNKNOWNS> {
+        using NormalEquations::NormalEquations;
+        double spread = 0;  // standard deviation of the residuals
+    };
+    const Bounds<Vector4d>* const bounds = nullptr;
+
+    Problem(const EdgeKeyframe& key, const Picture& picture)
+        : key_(key), picture_(picture), rows_(key.count(), UNKNOWNS), residuals_(key.count()), weights_(key.count()) {
+        for (std::ptrdiff_t k = 0; k < key.count(); ++k) rows_.row(k) = key.visible_ * key.edges_[k].slopes;
+    }
+
+    Equations linearise(const Vector4d& fit) {
+        Equations found(fit);
+        const double turn = fit[2] / key_.reach, cosine = std::cos(turn), sine = std::sin(turn);
+        std::vector<double> size(key_.edges_.size());
+        for (std::size_t k = 0; k < size.size(); ++k) {
+            const Edge& edge = key_.edges_[k];
+            const double x = edge.position.x(), y = edge.position.y();
+            const double column = key_.middle.x() + cosine * x - sine * y + fit[0], row = key_.middle.y() + cosine * y + sine * x + fit[1];
+            const double residual = edge.value - sampled(picture_, row, column) - edge.slopes[3] * fit[3];
+            size[k] = std::isnan(residual) ? std::numeric_limits<double>::infinity() : std::abs(residual);
+            residuals_[k] = std::isfinite(residual) ? residual : 0;
+        }
+        found.spread = SIGMA_PER_MAD * (size.empty() ? 0 : smallest(size, static_cast<std::ptrdiff_t>(size.size() / 2)));
+        found.spread = std::max(found.spread, MIN_SPREAD);
+        for (std::size_t k = 0; k < size.size(); ++k) weights_[k] = KERNEL.weight(size[k] / found.spread);
+        found.add(rows_, residuals_, weights_);
+        found.information.diagonal().array() += 1e-9 * found.information.trace() + 1e-12;
+        return found;
+    }
+    bool is_settled(const Equations&, const Vector4d& step, double) const {
+        const double largest = step.cwiseAbs().maxCoeff();
+        return !(largest >= CONVERGED && largest < MAX_FIT);
+    }
+
+ private:
+    const EdgeKeyframe& key_;
+    const Picture& picture_;
+    Eigen::Matrix<double, Eigen::Dynamic, UNKNOWNS> rows_;
+    Eigen::VectorXd residuals_, weights_;
+};
+
+EdgeKeyframe::Registration EdgeKeyframe::fitted(const Picture& picture, const Vector4d& guess) const {
+    Problem problem(*this, picture);
+    const auto& [at, left] = minimise(problem, guess, MAX_STEPS - 1);
+    const std::optional<Vector4d> last = step_from<Problem::Equations, Vector4d>(at, nullptr, 0);
+    return {at.state + last.value_or(left), at.spread};
+}
+
+namespace {
+
+// Column and row of the centroid of pressure where touched (rows, columns).
+Eigen::Vector2d centroid(const float* pressure, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+    double load = 0;
+    for (std::ptrdiff_t k = 0; k < rows * columns; ++k) {
+        if (!touched[k]) continue;
+        const double weight = std::max(pressure[k], 0.0f) + TINY;
+        moment += weight * Eigen::Vector2d(static_cast<double>(k % columns), static_cast<double>(k / columns));
+        load += weight;
+    }
+    return moment / load;
+}
+
+}  // namespace
+
+CentroidKeyframe::CentroidKeyframe(const Picture& picture, const std::uint8_t* touched)
+    : middle(centroid(picture.pressure, touched, picture.rows, picture.columns)),
+      pressure_(picture.pressure, picture.pressure + picture.rows * picture.columns),
+      touched_(touched, touched + picture.rows * picture.columns) {}
+
+std::optional<KeyframeMotion> CentroidKeyframe::motion(const Picture& picture, const std::uint8_t* touched) const {
+    std::vector<std::uint8_t> either = touched_;
+    for (std::size_t k = 0; k < either.size(); ++k) either[k] |= touched[k];
+    const Eigen::Vector2d shift = centroid(picture.pressure, either.data(), picture.rows, picture.columns) -
+                                  centroid(pressure_.data(), either.data(), picture.rows, picture.columns);
+    if (!(shift.norm() < JUMP)) return {};
+    return KeyframeMotion{{shift.x(), shift.y(), 0, 0}, std::numeric_limits<double>::quiet_NaN(), 1, CENTROID_SIGMA, false};
 }
 
 // Velocity from the longest stretch of the past in which it was constant: lines are fitted to ever longer stretches, as long as the
@@ -143,18 +269,18 @@ using Eigen::Vector3d;
 
 constexpr double WHOLE = 1 + 1e-6;  // of a stretch: a frame at its beginning belongs to it
 constexpr double LARGEST = std::numeric_limits<double>::max();
-constexpr std::ptrdiff_t FEWEST = 4;  // frames for a velocity that is reported: two more than a line needs
+constexpr std::ptrdiff_t MIN_FRAMES = 4;  // frames for a velocity that is reported: two more than a line needs
 
-// Standard deviation of the first two coordinates, by the median length of their second differences, in which steady motion has no part;
-// without the last one, in which a motion may begin.
+// Standard deviation of the first two coordinates, by the median length of their third differences, in which a steady acceleration has no
+// part; without the last one, in which a motion may begin.
 double noise_of(const std::vector<Vector3d>& positions) {
     std::vector<double> bends;
-    for (std::size_t k = 0; k + 3 < positions.size(); ++k) {
-        const double bend = (positions[k + 2] - 2 * positions[k + 1] + positions[k]).head<2>().norm();
+    for (std::size_t k = 0; k + 4 < positions.size(); ++k) {
+        const double bend = (positions[k + 3] - 3 * positions[k + 2] + 3 * positions[k + 1] - positions[k]).head<2>().norm();
         bends.push_back(bend >= 0 ? bend : std::numeric_limits<double>::infinity());
     }
-    // A second difference has six times the variance of a position; the median of a Rayleigh distribution is sqrt(2 ln 2).
-    return bends.empty() ? 0 : median(std::move(bends)) / std::sqrt(6 * 2 * std::log(2.0));
+    // A third difference has twenty times the variance of a position; the median of a Rayleigh distribution is sqrt(2 ln 2).
+    return bends.empty() ? 0 : median(std::move(bends)) / std::sqrt(20 * 2 * std::log(2.0));
 }
 
 // Sets pose, velocity, sigma and used by the longest steady line through the latest positions.
@@ -189,13 +315,9 @@ void fit_line(const std::vector<double>& times, const std::vector<Vector3d>& pos
 
 }  // namespace
 
-void Path::reset() {
-    past_.clear();
-}
-
 PathMotion Path::add(double time, const Vector3d& pose, const Eigen::Vector2d& arm, double reach) {
     std::size_t old = 0;
-    while (past_.size() - old >= static_cast<std::size_t>(FEWEST) && past_[old].time < time - rule_.window * WHOLE) ++old;
+    while (past_.size() - old >= static_cast<std::size_t>(MIN_FRAMES) && past_[old].time < time - rule_.window * WHOLE) ++old;
     past_.erase(past_.begin(), past_.begin() + static_cast<std::ptrdiff_t>(old));
     past_.push_back({time, pose});
     std::vector<double> times;
@@ -210,14 +332,14 @@ PathMotion Path::add(double time, const Vector3d& pose, const Eigen::Vector2d& a
     fit_line(times, positions, rule_.bound, found);
     found.speed = found.velocity.norm();
     const auto frames = static_cast<std::ptrdiff_t>(times.size());
-    found.lasting = times.back() - times[frames - found.used];
+    found.duration = times.back() - times[frames - found.used];
     for (Vector3d* at : {&found.pose, &found.velocity}) {
         const double turn = (*at)[2] / reach;
         *at = {(*at)[0] + turn * arm[1], (*at)[1] - turn * arm[0], turn};
     }
     found.reported.setConstant(std::numeric_limits<double>::quiet_NaN());
-    if (frames < FEWEST) return found;
-    std::ptrdiff_t first = frames - FEWEST;
+    if (frames < MIN_FRAMES) return found;
+    std::ptrdiff_t first = frames - MIN_FRAMES;
     while (first > 0 && times[first - 1] >= time - rule_.reported * WHOLE) --first;
     double mean = 0, square = 0;
     for (std::ptrdiff_t k = first; k < frames; ++k) mean += times[k] / static_cast<double>(frames - first);

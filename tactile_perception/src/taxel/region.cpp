@@ -27,14 +27,24 @@ using Values = std::vector<float>;
 using Six = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr float LEVEL = 0.5f;          // score at the border of a contact
-constexpr float GAP = 0.35f;           // of the level, down to which a dip in a contact is closed; well below the share
+constexpr double NOISE = 10;  // sigmas, least level: a false taxel in a hundred thousand frames, also of correlated noise
+// Thicknesses: pressure at the border of a curved face over the slope with which the fitted level runs out to zero there. By theory at most
+// 0.22, 1 / sqrt(2 pi) of the width of the Gaussian by which the pad blurs pressure; less, since the pad stiffens under deep presses and
+// its pressure runs out more gently than a paraboloid.
+constexpr double BORDER_RAMP = 0.165;
+constexpr double SMOOTH = 0.5;              // thicknesses, of the Gaussian that averages noise, differences of gain and roughness
+constexpr double LEAST_SMOOTH = 0.5;        // taxels, of that Gaussian
+constexpr std::ptrdiff_t SURROUNDING = 2;   // taxels around a region that share its force: a pad of 2 mm on taxels of 1 mm (paper)
+constexpr std::ptrdiff_t MAX_REGIONS = 64;  // an image with more is broken: more than fingers can make
+constexpr double LEAST_AREA =
+    0.25;                     // taxels, of a piece: half of that of a single taxel of full score; noise at a border makes smaller ones
+constexpr float GAP = 0.35f;  // of the level, down to which a dip in a contact is closed; well below the share
 constexpr std::ptrdiff_t ENOUGH = 16;  // taxels from which a level is fitted; over two for each of the 6 coefficients
 // Parts of the plane's residual variance that a quadratic explains, from which it has a share in the level, and from which it is the level.
 // Between them both count, since a hard choice would shift the border of a contact from frame to frame.
 constexpr double BENT_FROM = 0.2, BENT_WHOLLY = 0.4;
-constexpr float LEAST = 0.3f, MOST = 1.7f;  // bounds of the level relative to what is near it
-constexpr double WIDEST = 2.5;              // see Level::find_dome; 2 for a paraboloid, over 4 for a disc wider than 4 thicknesses
+constexpr float MIN_LEVEL = 0.3f, MAX_LEVEL = 1.7f;  // bounds of the level relative to what is near it
+constexpr double WIDEST = 2.5;                       // see Level::find_dome; 2 for a paraboloid, over 4 for a disc wider than 4 thicknesses
 
 // Within 0 and 1; 0 for NaN.
 float clipped(float value) {
@@ -61,7 +71,7 @@ struct Level {
     }
 
     // Level bounded to what is usual, for the step at the border of a flat face.
-    float step(double y, double x) const { return static_cast<float>(std::min(std::max(value(y, x), LEAST * mean), MOST * mean)); }
+    float step(double y, double x) const { return static_cast<float>(std::min(std::max(value(y, x), MIN_LEVEL * mean), MAX_LEVEL * mean)); }
 
     // Slope per taxel with which a dome runs out to zero in the direction of (y, x) from its top.
     float ramp(double y, double x) const {
@@ -246,6 +256,17 @@ void close(Values& score, std::ptrdiff_t rows, std::ptrdiff_t columns, float fre
 
 }  // namespace
 
+ScoreRule ScoreRule::of(double thickness, std::ptrdiff_t side, double sigma) {
+    const double least = NOISE * sigma;
+    return {std::max(SMOOTH * thickness, LEAST_SMOOTH), std::clamp<std::ptrdiff_t>(std::lrint(thickness), 1, side),
+            static_cast<float>(std::isfinite(least) ? std::clamp(least, 1e-30, 1e30) : 1e30), static_cast<float>(BORDER_SHARE),
+            static_cast<float>(BORDER_RAMP * thickness)};
+}
+
+RegionRule RegionRule::of(double reach, std::ptrdiff_t side, double pitch) {
+    return {LEVEL, std::min<std::ptrdiff_t>(std::lrint(0.5 * reach), side), SURROUNDING, MAX_REGIONS, LEAST_AREA, pitch};
+}
+
 std::vector<float> contact_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
                                  const ScoreRule& rule) {
     Values score(rows * columns);
@@ -319,7 +340,9 @@ bool label(const std::vector<std::uint8_t>& touched, std::ptrdiff_t rows, std::p
 Regions find_regions(const float* score, const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
                      const RegionRule& rule) {
     Regions found;
-    std::vector<std::uint8_t> touched(rows * columns);
+    found.rows = rows, found.columns = columns;
+    std::vector<std::uint8_t>& touched = found.touched;
+    touched.resize(rows * columns);
     for (std::size_t k = 0; k < touched.size(); ++k) touched[k] = score[k] > rule.level;
     found.broken = label(touched, rows, columns, rule, found.labels);
     const std::vector<std::int32_t>& labels = found.labels;
@@ -334,8 +357,8 @@ Regions find_regions(const float* score, const float* pressure, const std::uint8
         for (next = k; next < loops.region.size() && loops.region[next] == loops.region[k]; ++next) {
             std::vector<double>& points = polygons.emplace_back();
             for (std::int64_t at = loops.start[next]; at < loops.start[next + 1]; ++at) {
-                points.insert(points.end(), {rule.pitch * (loops.places[2 * at + 1] - 1 - 0.5 * static_cast<double>(columns - 1)),
-                                             rule.pitch * (loops.places[2 * at] - 1 - 0.5 * static_cast<double>(rows - 1)), 0});
+                points.insert(points.end(), {rule.pitch * (loops.vertices[2 * at + 1] - 1 - 0.5 * static_cast<double>(columns - 1)),
+                                             rule.pitch * (loops.vertices[2 * at] - 1 - 0.5 * static_cast<double>(rows - 1)), 0});
             }
             const auto part = integrals_of(points.data(), static_cast<std::ptrdiff_t>(points.size() / 3));
             for (int i = 0; i < 6; ++i) integrals[i] += part[i];
@@ -346,7 +369,7 @@ Regions find_regions(const float* score, const float* pressure, const std::uint8
             return r < 0 || c < 0 || r >= rows || c >= columns ? 0 : labels[r * columns + c];
         };
         // Of the two taxels beside a vertex one is inside.
-        const double row = loops.places[2 * loops.start[k]], column = loops.places[2 * loops.start[k] + 1];
+        const double row = loops.vertices[2 * loops.start[k]], column = loops.vertices[2 * loops.start[k] + 1];
         const std::int32_t name = std::max(at(std::floor(row), std::floor(column)), at(std::ceil(row), std::ceil(column)));
         if (region_of[name] < 0) {
             region_of[name] = static_cast<std::ptrdiff_t>(found.all.size());

@@ -10,8 +10,21 @@
 
 namespace tactile::taxel {
 
+constexpr double LEVEL = 0.5;  // score at the border of a contact
+// Pressure under a bonded elastic layer at the border of a rigid face pressed on it, as a part of that under its inside: 0.59 to 0.63 at
+// Poisson ratios of 0.3 to 0.4, whatever the face's width (2.5 to 20 thicknesses) and the load; under 0.6 where the layer can hardly
+// shrink.
+constexpr double BORDER_SHARE = 0.6;
+
 // What the pad makes of the pressure at the border of a contact. Lengths in taxels.
+//
+// The pad spreads pressure over about its thickness. At the border of a flat face it falls to a fixed part of the level inside, whatever
+// the load; under a curved face the level itself runs out, and a part of its slope is left. The level is a plane, or a quadratic, fitted to
+// each patch.
 struct ScoreRule {
+    // Of a pad of a thickness, taxels, on an array of at most side taxels, whose pressure has a noise of sigma.
+    static ScoreRule of(double thickness, std::ptrdiff_t side, double sigma);
+
     double smooth;         // standard deviation of the Gaussian that averages noise and differences of gain
     std::ptrdiff_t reach;  // thickness of the pad, in whole taxels
     float least;           // least level of pressure that counts as contact
@@ -25,6 +38,10 @@ std::vector<float> contact_score(const float* pressure, const std::uint8_t* full
 
 // How a score becomes regions.
 struct RegionRule {
+    // On an array of at most side taxels, pitch m apart. Pieces within reach taxels are one region: a pad hands on the pressure of two
+    // objects nearer than its thickness as that of one.
+    static RegionRule of(double reach, std::ptrdiff_t side, double pitch);
+
     double level;           // score at the border
     std::ptrdiff_t reach;   // taxels: pieces within twice of it are one region
     std::ptrdiff_t around;  // taxels around a region that share its load
@@ -48,6 +65,8 @@ struct Region {
 struct Regions {
     std::vector<Region> all;
     std::vector<std::int32_t> labels, near;
+    std::vector<std::uint8_t> touched;  // (rows, columns), in contact; of a broken image also what is in no region
+    std::ptrdiff_t rows, columns;
     bool broken = false;  // more than most
 };
 

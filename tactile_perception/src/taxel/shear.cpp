@@ -22,6 +22,8 @@ constexpr int SWEEPS = 12;          // most a frame, continued in the next one
 constexpr float RELAXATION = 1.4f;  // best for a coupling of 2, whose slowest mode Jacobi's method shrinks by 8/9
 constexpr float CONVERGED = 1e-8f;  // m, largest change in a sweep: a hundred thousandth of a taxel of 1 mm
 constexpr float TINY = 1e-12f;      // m, against a division by zero
+constexpr double LITTLE_FRICTION = 0.02;  // over the load; less friction moves the pressure negligibly
+constexpr float UNSEEN_TENSION = 0.5f;    // of a tension; a pressure below that shows the tension
 
 // A bonded layer by the theory of linear elasticity, for Poisson ratios of 0.3 to 0.49, which hardly matter.
 constexpr double FLATTENED = 0.15;  // attenuation of a pressure wave by the pad over (wave number times thickness) squared
@@ -157,7 +159,7 @@ class Contact {
 #pragma GCC ivdep
         for (std::ptrdiff_t k = 0; k < count; ++k) {
             const Traction traction = tractions(x, y, limit, k);
-            const float relaxation = traction.cut ? RELAXATION : 1;  // what sticks goes where the object goes
+            const float relaxation = traction.cut ? RELAXATION : 1;  // elements that stick follow the object
             const float change_x = (traction.pull[0] + traction.others[0]) / stiff_ - x.here[k];
             const float change_y = (traction.pull[1] + traction.others[1]) / stiff_ - y.here[k];
             drag_x[k] = x.here[k] + relaxation * change_x;
@@ -183,13 +185,13 @@ void SurfaceShear::reset() {
     pull_ = drag_;
 }
 
-std::vector<float> SurfaceShear::move(const std::uint8_t* touched, const float* pressure, const Shift& shift, double friction) {
+std::vector<float> SurfaceShear::move(const std::uint8_t* touched, const float* pressure, const Shift& shift) {
     const std::ptrdiff_t plane = pad_.rows * pad_.columns;
     std::vector<float> drag(2 * plane), pull(2 * plane), slip(2 * plane);
     const Box inside = box_around(touched, pad_.rows, pad_.columns);
     if (inside.rows() > 0) {
         const Box box = inside.grown(std::max<std::ptrdiff_t>(1, std::lround(pad_.thickness)), pad_.rows, pad_.columns);
-        Contact contact(pad_, box, drag_.data(), touched, pressure, shift, friction / pad_.stiffness);
+        Contact contact(pad_, box, drag_.data(), touched, pressure, shift, pad_.friction / pad_.stiffness);
         contact.relax();
         const std::ptrdiff_t length = box.columns() / 2 + 1;
         std::vector<float> half(6 * length);
@@ -254,6 +256,37 @@ std::vector<float> SurfaceShear::pressure_of(const float* traction, double unit)
         }
     }
     return found;
+}
+
+std::array<double, 2> SurfaceShear::pressure_centre(const float* pressure, const std::uint8_t* touched,
+                                                    const std::array<double, 2>& friction) const {
+    const std::ptrdiff_t rows = pad_.rows, columns = pad_.columns, plane = rows * columns;
+    const double area = pad_.pitch * pad_.pitch;
+    const std::array<double, 2> unknown{NAN, NAN};
+    std::array<double, 3> sums{};  // N, and it times x and y, N m
+    const auto add = [&](std::ptrdiff_t k, double value) {
+        const double force = value * area;
+        sums[0] += force;
+        sums[1] += force * pad_.pitch * (static_cast<double>(k % columns) - 0.5 * static_cast<double>(columns - 1));
+        sums[2] += force * pad_.pitch * (static_cast<double>(k / columns) - 0.5 * static_cast<double>(rows - 1));
+    };
+    const auto reach = std::min<std::ptrdiff_t>(std::lrint(SURROUNDINGS * pad_.thickness), std::max(rows, columns));
+    const auto near = spread_mask(touched, rows, columns, reach);
+    for (std::ptrdiff_t k = 0; k < plane; ++k)
+        if (near[k]) add(k, pressure[k]);
+    const double load = sums[0];
+    if (!(load > 0)) return unknown;
+    if (!(std::hypot(friction[0], friction[1]) > LITTLE_FRICTION * load)) return {sums[1] / load, sums[2] / load};
+    const auto count = static_cast<double>(std::count_if(touched, touched + plane, [](std::uint8_t one) { return one != 0; }));
+    std::vector<float> even(2 * plane);
+    for (std::ptrdiff_t k = 0; k < plane; ++k)
+        for (int axis : {0, 1}) even[axis * plane + k] = touched[k] ? static_cast<float>(friction[axis] / (count * area)) : 0;
+    const std::vector<float> caused = pressure_of(even.data());
+    for (std::ptrdiff_t k = 0; k < plane; ++k)
+        if (!touched[k] && caused[k] < 0 && !(pressure[k] > -UNSEEN_TENSION * caused[k])) add(k, caused[k]);
+    if (!(sums[0] > 0)) return unknown;
+    const double thickness = pad_.thickness * pad_.pitch;
+    return {(sums[1] - thickness * friction[0]) / sums[0], (sums[2] - thickness * friction[1]) / sums[0]};
 }
 
 }  // namespace tactile::taxel

@@ -13,14 +13,14 @@ namespace tactile::taxel {
 namespace {
 
 constexpr double QUANTUM = 0.29;             // standard deviation of rounding to whole numbers: 1 / sqrt(12)
-constexpr std::ptrdiff_t AROUND = 3;         // taxels around a quiet one that must be untouched: the pad spreads pressure over 2 taxels
+constexpr std::ptrdiff_t QUIET_MARGIN = 3;   // taxels around a quiet one that must be untouched: the pad spreads pressure over 2 taxels
 constexpr float SETTLED = 5;                 // quiet frames of a taxel before it adds to the noise: its mean is then known better than that
 constexpr std::ptrdiff_t NOISE_FRAMES = 50;  // length of the noise's average; once full, one frame in NOISE_INTERVAL updates it
 constexpr std::ptrdiff_t NOISE_INTERVAL = 10;
-constexpr std::size_t SAMPLE = 2000;     // taxels that show the noise: a standard deviation is then known within 2 %
-constexpr double LOOKS_PRESSED = 0.1;    // of the full scale: range of a smoothed first frame with a contact; offsets vary by less
-constexpr float SILENT = 0.1f;           // of both neighbours, up to which a taxel is silent: a pad blurs pressure, which falls less
-constexpr double PRESSED = 12;           // standard deviations of the noise, from which a taxel is pressed
+constexpr std::size_t SAMPLE = 2000;        // taxels that show the noise: a standard deviation is then known within 2 %
+constexpr double LOOKS_PRESSED = 0.1;       // of the full scale: range of a smoothed first frame with a contact; offsets vary by less
+constexpr float SILENT = 0.1f;              // of both neighbours; a taxel below that is silent, since the pad blurs pressure
+constexpr double PRESSED = 12;              // standard deviations of the noise, from which a taxel is pressed
 constexpr std::uint8_t SILENT_FRAMES = 10;  // without any response before, after which a taxel is dead
 constexpr double SHOWN_TOGETHER = 1;        // taxels, of the Gaussian by which neighbours show together whether their load rises or falls
 
@@ -123,7 +123,7 @@ std::vector<float> Baseline::change(const Sheet& frame, double full_scale) {
 }
 
 void Baseline::follow(const float* change, const std::uint8_t* touched, double interval) {
-    const auto busy = spread_mask(touched, values_.rows, values_.columns, AROUND);
+    const auto busy = spread_mask(touched, values_.rows, values_.columns, QUIET_MARGIN);
     const bool looks = noise_count_ < NOISE_FRAMES || frame_ % NOISE_INTERVAL == 0;
     const auto drift = static_cast<float>(std::min(interval / time_constant_, 1 / frames_));
     std::vector<float> settled;

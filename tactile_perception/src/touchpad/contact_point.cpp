@@ -138,39 +138,38 @@ Tip round_tip(const Points& points, const Eigen::Vector3d& normal, double sigma)
         const Eigen::Matrix2d outer = flat * flat.transpose();
         tip.offset += along * flat;
         tip.projector += outer / flat.squaredNorm();
-        tip.covariance += outer * (std::pow(along * bend.curvature_sd[k], 2) + std::pow(bend.slope_sd[k], 2)) / std::pow(bend.curvature[k], 2);
+        tip.covariance +=
+            outer * (std::pow(along * bend.curvature_sd[k], 2) + std::pow(bend.slope_sd[k], 2)) / std::pow(bend.curvature[k], 2);
     }
     return tip;
 }
 
 // Variances of the centroid's coordinates due to errors of the outline and of the dots.
-Eigen::Vector3d centroid_variance(const RegionShape& region, double sigma, std::ptrdiff_t count) {
+Eigen::Vector3d centroid_variance(const RegionShape& region, const RegionBorder& border, std::ptrdiff_t count) {
     Eigen::Vector3d variance = Eigen::Vector3d::Zero();
-    each_side(region.border, region.start, region.loops, [&](Vec3 at, double side) {
-        const Vec3 off = at - region.centroid;
-        variance += side * Eigen::Vector3d(off.x * off.x, off.y * off.y, off.z * off.z);
-    });
+    each_side(border.points, border.start, border.loops,
+              [&](Vec3 at, double side) { variance += side * (Eigen::Vector3d(at.x, at.y, at.z) - region.centroid).cwiseAbs2(); });
     for (double& value : variance) value = std::pow(border_sigma(value, region.pitch) / region.area, 2);
-    variance[2] += sigma * sigma / static_cast<double>(std::max<std::ptrdiff_t>(count, 1));
+    variance[2] += region.sigma * region.sigma / static_cast<double>(std::max<std::ptrdiff_t>(count, 1));
     return variance;
 }
 
 }  // namespace
 
-ContactPlace contact_point(const double* points, std::ptrdiff_t count, const RegionShape& region, const Nodes& wide, double sigma) {
-    const Eigen::Vector3d variance = centroid_variance(region, sigma, count);
-    ContactPlace found{region.centroid, variance.asDiagonal(), region.normal};
-    const Eigen::Vector3d centroid(region.centroid.x, region.centroid.y, region.centroid.z);
-    const Eigen::Vector3d normal(region.normal.x, region.normal.y, region.normal.z);
+ContactPosition contact_point(const double* points, std::ptrdiff_t count, const RegionShape& region, const RegionBorder& border,
+                              const Nodes& wide) {
+    const Eigen::Vector3d variance = centroid_variance(region, border, count), &centroid = region.centroid, &normal = region.normal;
+    ContactPosition found{centroid, variance.asDiagonal(), normal};
     if (count < FEWEST) {  // as the tip of a fingertip of unknown shape: its offset grows with the surface's tilt
         const Eigen::Vector2d away = normal.head<2>() * FINGERTIP;
         found.covariance.topLeftCorner<2, 2>() += away * away.transpose();
         return found;
     }
-    const Tip tip = round_tip(Eigen::Map<const Points>(points, 3, count).colwise() - centroid, normal, sigma);
+    const Tip tip = round_tip(Eigen::Map<const Points>(points, 3, count).colwise() - centroid, normal, region.sigma);
     if (tip.projector.isZero(0) || !(tip.offset.squaredNorm() < 2 * region.area)) return found;
-    const SurfacePlace place = surface_at(wide, region.centroid.x + tip.offset.x(), region.centroid.y + tip.offset.y());
-    found.position = place.point, found.normal = place.normal;
+    const SurfacePoint surface = surface_at(wide, centroid.x() + tip.offset.x(), centroid.y() + tip.offset.y());
+    found.position = {surface.point.x, surface.point.y, surface.point.z};
+    found.normal = {surface.normal.x, surface.normal.y, surface.normal.z};
     const Eigen::Matrix2d across = Eigen::Matrix2d::Identity() - tip.projector;  // there the centroid's covariance is left
     found.covariance.topLeftCorner<2, 2>() = across * variance.head<2>().asDiagonal() * across.transpose() + tip.covariance;
     return found;

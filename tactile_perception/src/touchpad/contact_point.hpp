@@ -11,31 +11,34 @@
 
 namespace tactile {
 
-// A region: its mean place and unit normal, area, and the points of its polygons, see Loops; pitch: of the dots.
+/// A region of dots: m and m^2; pitch: of the dots; sigma: standard deviation of a coordinate of a dot.
 struct RegionShape {
-    Vec3 centroid, normal;
-    double area;
-    const double* border;
+    Eigen::Vector3d centroid, normal;
+    double area = 0, pitch = 1, sigma = 0;
+};
+
+/// The points of a region's polygons: see Loops.
+struct RegionBorder {
+    const double* points;
     const std::int64_t* start;
     std::ptrdiff_t loops;
-    double pitch;
 };
 
-struct ContactPlace {
-    Vec3 position;
+struct ContactPosition {
+    Eigen::Vector3d position;
     Eigen::Matrix3d covariance;
-    Vec3 normal;
+    Eigen::Vector3d normal;
 };
 
-// Contact point on the surface wide (see dot_surface) of a region whose dots are at points (count, 3), each coordinate with standard
-// deviation sigma. The dots lie on the object. Along a principal direction in which they curve like a fingertip, the contact point is the
-// lowest point of the fitted curve; along one without curvature (a face, an edge), it is the area centroid. With too few dots for a fit the
-// covariance covers both cases.
-ContactPlace contact_point(const double* points, std::ptrdiff_t count, const RegionShape& region, const Nodes& wide, double sigma);
+// Contact point on the surface wide (see dot_surface) of a region whose dots are at points (count, 3). The dots lie on the object. Along a
+// principal direction in which they curve like a fingertip, the contact point is the lowest point of the fitted curve; along one without
+// curvature (a face, an edge), it is the area centroid. With too few dots for a fit the covariance covers both cases.
+ContactPosition contact_point(const double* points, std::ptrdiff_t count, const RegionShape& region, const RegionBorder& border,
+                              const Nodes& wide);
 
 // The upper half of a sphere around (0, 0, centre_z), m.
 struct RestCap {
-    double centre_z, radius;
+    double centre_z = 0, radius = 0;
 };
 
 // Largest height of the surface at rest over points (count, 3), m, by a quadratic fitted around the highest one; NaN without points

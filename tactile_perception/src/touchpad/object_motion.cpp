@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "common/median.hpp"
+#include "common/solver.hpp"
 
 namespace tactile {
 namespace {
@@ -27,12 +28,12 @@ constexpr double DRIFTS = 3;                                  // components of a
 constexpr int ROUNDS = 4, WIDE_ROUNDS = 2;
 constexpr double TWO_PI = 2 * M_PI, MEDIAN_SQUARE = 1.386;  // of a normal vector in the plane, in variances
 
-// Logarithmic density of a vector in the plane of that square, of variance v along each axis; and the weight of its square in a fit.
-double student(double square, double v) {
-    return -(TAILS + 2) / 2 * std::log1p(square / (TAILS * v)) - std::log(TWO_PI * v);
-}
-double weight_of(double square, double v) {
-    return (TAILS + 2) / (TAILS * v + square);
+// Of a dot's motion across its ray, and along its normal.
+constexpr Student ACROSS{TAILS, 2}, ALONG{TAILS, 1};
+
+// Logarithmic density of a vector in the plane of that square, of variance v along each axis.
+double plane_density(double square, double v) {
+    return ACROSS.log_density(square / v) - std::log(TWO_PI * v);
 }
 
 // Cauchy's density of each component's change, scale by scale, with the curvature of the dots: Laplace's approximation, in which a
@@ -52,25 +53,25 @@ struct Prior {
     }
 };
 
-// Normal equations of weighted rows.
-template <int N>
-struct Sums {
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, N>;
-    Eigen::Matrix<double, N, N> matrix;
-    Eigen::Matrix<double, N, 1> right;
-    Sums(const Rows& rows, const Eigen::VectorXd& values, const Eigen::VectorXd& weights) {
-        const Rows weighted = weights.asDiagonal() * rows;
-        for (int i = 0; i < N; ++i) {
-            right[i] = weighted.col(i).dot(values);
-            for (int j = 0; j <= i; ++j) matrix(i, j) = matrix(j, i) = weighted.col(i).dot(rows.col(j));
-        }
-    }
-    Eigen::Matrix<double, N, 1> solve(const Eigen::Matrix<double, N, 1>& mean, const Eigen::Matrix<double, N, 1>& variance) const {
-        Eigen::Matrix<double, N, N> whole = matrix;
-        whole.diagonal() += variance.cwiseInverse();
-        return mean + Eigen::LLT<Eigen::Matrix<double, N, N>>(whole).solve(right - matrix * mean);
-    }
-};
+// Fits a state to values by rows of derivatives, in ROUNDS steps; weigh(residuals, round, state, weights) sets the weights, and
+// explain(equations, round) is what is left to do there: to set the prior, or after the last step to judge the fit.
+template <int N, class Rows, class Weigh, class Explain>
+typename NormalEquations<N>::Vector fit_rows(const Rows& rows, const Eigen::VectorXd& values, const Eigen::Matrix<double, N, 1>& start,
+                                             Weigh weigh, Explain explain) {
+    using Vector = typename NormalEquations<N>::Vector;
+    Eigen::VectorXd weights(values.size());
+    int round = 0;
+    const auto linearise = [&](const Vector& state) {
+        NormalEquations<N> found(state);
+        const Eigen::VectorXd residuals = values - rows * state;
+        weigh(residuals, round, state, weights);
+        found.add(rows, residuals, weights);
+        explain(found, residuals, round++);
+        return found;
+    };
+    Unbounded<decltype(linearise), Vector> problem{linearise};
+    return minimise(problem, start, ROUNDS).at.state;
+}
 
 double log_of_sum(double a, double b) {
     return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
@@ -152,7 +153,10 @@ Twist ObjectMotion::carried_along() const {
     const double variance = stick_variance(lowered()), any = std::pow(FASTEST * seconds_, 2);
     Eigen::VectorXd weights(3 * count_);
     weights << Eigen::VectorXd::Constant(2 * count_, 1 / variance), Eigen::VectorXd::Constant(count_, 1e-3 / variance);
-    return Sums<6>(rows_, moved_, weights).solve(Twist::Zero(), Twist::Constant(any));
+    NormalEquations<6> equations(Twist::Zero());
+    equations.add(rows_, moved_, weights);
+    equations.expect(Twist::Zero(), Twist::Constant(1 / any));
+    return step_from<NormalEquations<6>, Twist>(equations, nullptr, 0).value_or(Twist::Zero());
 }
 
 ObjectMotion::Residual ObjectMotion::residual(const Eigen::VectorXd& left, std::ptrdiff_t i) const {
@@ -162,12 +166,12 @@ ObjectMotion::Residual ObjectMotion::residual(const Eigen::VectorXd& left, std::
 // Sets the weights of a dot's motions: across its ray, and along the normal by its residual there.
 void ObjectMotion::weigh(Eigen::VectorXd& weights, std::ptrdiff_t i, double across, double along) const {
     weights[i] = weights[count_ + i] = across;
-    weights[2 * count_ + i] = (TAILS + 1) / (TAILS + along) / std::pow(model_.depth_noise, 2) / model_.share;
+    weights[2 * count_ + i] = ALONG.weight(along) / std::pow(model_.depth_noise, 2) / model_.share;
 }
 
 // Logarithmic density of a dot's motion along its normal.
 double ObjectMotion::depth_density(double along) const {
-    return -(TAILS + 1) / 2 * std::log1p(along / TAILS) / model_.share;
+    return ALONG.log_density(along) / model_.share;
 }
 
 double ObjectMotion::stick_variance(const Twist& twist) const {
@@ -201,41 +205,39 @@ double ObjectMotion::own_part(double variance) const {
 
 // The dots, all of them or a part, move with the object, whose twist is near mean.
 ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& mean, bool in_part) const {
-    const double change = model_.acceleration * seconds_ * seconds_;
-    const Prior<6> prior{mean, Twist::Constant(change)};
+    const Prior<6> prior{mean, Twist::Constant(model_.acceleration * seconds_ * seconds_)};
     Explanation found{start, 0, std::vector<double>(count_)};
-    Eigen::VectorXd weights(3 * count_);
-    double share = 0.5;
-    for (int round = 0;; ++round) {
-        const double variance = stick_variance(found.twist), way = found.twist.norm();
+    double share = 0.5, stuck = 0;
+    const auto weigh_dots = [&](const Eigen::VectorXd& left, int round, const Twist& twist, Eigen::VectorXd& weights) {
+        const double variance = stick_variance(twist), way = twist.norm(), own = own_part(variance);
         const double wide = variance * std::pow(WIDER, 2 * std::max(0, WIDE_ROUNDS - round));
-        const double own = own_part(variance);
-        const Eigen::VectorXd left = moved_ - rows_ * found.twist;
         const bool last = round == ROUNDS;
-        double density = 0, stuck = 0;
+        stuck = 0;
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             const Residual off = residual(left, i);
-            double sticks = 1, here = in_part || last ? student(off.across, variance) : 0, ratio = if_sticks_[i];
+            double sticks = 1, here = in_part || last ? plane_density(off.across, variance) : 0, ratio = if_sticks_[i];
             if (in_part) {
                 const double stuck_here = std::log(share) + here, slips = std::log1p(-share) + slip_density(across(left, i), i, way);
                 here = log_of_sum(stuck_here, slips);
                 const double more = if_slips_[i] - ratio;
                 sticks = 1 / (1 + std::exp(slips + more - stuck_here)), ratio += (1 - sticks) * more;
             }
-            if (last) density += own * (here + least_) + ratio / SUMMED + depth_density(off.along);
+            if (last) found.evidence += own * (here + least_) + ratio / SUMMED + depth_density(off.along);
             stuck += sticks, found.slips[i] = 1 - sticks;
-            weigh(weights, i, sticks * weight_of(off.across, wide) * own, off.along);
+            weigh(weights, i, sticks * ACROSS.weight(off.across / wide) / wide * own, off.along);
         }
-        const Sums<6> sums(rows_, moved_, weights);
+    };
+    const auto explain = [&](NormalEquations<6>& at, const Eigen::VectorXd&, int round) {
         const auto all = static_cast<double>(count_);
-        if (last) {
-            found.evidence = density + prior.log_evidence(found.twist, sums.matrix);
-            if (in_part) found.evidence -= 0.5 * std::log1p(all / model_.share);
-            return found;
+        if (round < ROUNDS) {
+            share = std::clamp((stuck + 0.5) / (all + 1), 0.01, 0.99);
+            at.expect(mean, prior.variance(at.state).cwiseInverse());
+        } else {
+            found.evidence += prior.log_evidence(at.state, at.information) - (in_part ? 0.5 * std::log1p(all / model_.share) : 0);
         }
-        share = std::clamp((stuck + 0.5) / (all + 1), 0.01, 0.99);
-        found.twist = sums.solve(mean, prior.variance(found.twist));
-    }
+    };
+    found.twist = fit_rows<6>(rows_, moved_, start, weigh_dots, explain);
+    return found;
 }
 
 // What a dot's load and its lag say about that it slips; left (3 N): motions of all dots less the object's.
@@ -249,34 +251,38 @@ ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean, double& drift_s
     Prior<12> prior;
     prior.mean << mean, Twist::Zero();
     prior.scale << Twist::Constant(model_.acceleration * seconds_ * seconds_), Twist::Constant(model_.drift * seconds_);
-    Eigen::Matrix<double, 12, 1> both = prior.mean;
-    Eigen::VectorXd weights(3 * count_);
+    Explanation found{mean, 0, std::vector<double>(count_, 1.0)};
     std::vector<double> squares(count_);
-    for (int round = 0;; ++round) {
-        const Eigen::VectorXd left = moved_ - both_rows_ * both;
+    double variance = 0;
+    const auto weigh_dots = [&](const Eigen::VectorXd& left, int, const auto&, Eigen::VectorXd& weights) {
         for (std::ptrdiff_t i = 0; i < count_; ++i) squares[i] = residual(left, i).across;
-        const double variance = std::max(median(squares) / MEDIAN_SQUARE, noise_ * noise_), own = own_part(variance);
-        for (std::ptrdiff_t i = 0; i < count_; ++i) weigh(weights, i, weight_of(squares[i], variance) * own, residual(left, i).along);
-        const Sums<12> sums(both_rows_, moved_, weights);
-        const double drift = both.tail<6>().norm() / std::sqrt(6.0);
+        variance = std::max(median(squares) / MEDIAN_SQUARE, noise_ * noise_);
+        const double own = own_part(variance);
+        for (std::ptrdiff_t i = 0; i < count_; ++i)
+            weigh(weights, i, ACROSS.weight(squares[i] / variance) / variance * own, residual(left, i).along);
+    };
+    const auto explain = [&](NormalEquations<12>& at, const Eigen::VectorXd& left, int round) {
+        const double drift = at.state.tail<6>().norm() / std::sqrt(6.0);
         if (round == ROUNDS) {
-            const Eigen::VectorXd lag = moved_ - rows_ * both.head<6>();
-            double density = prior.log_evidence(both, sums.matrix);
+            const Eigen::VectorXd lag = moved_ - rows_ * at.state.head<6>();
+            found.evidence = prior.log_evidence(at.state, at.information);
             for (std::ptrdiff_t i = 0; i < count_; ++i) {
-                density += own * (student(squares[i], variance) + least_) + slipping(i, lag) / SUMMED;
-                density += depth_density(residual(left, i).along);
+                found.evidence += own_part(variance) * (plane_density(squares[i], variance) + least_) + slipping(i, lag) / SUMMED;
+                found.evidence += depth_density(residual(left, i).along);
             }
             drift_speed = drift / seconds_;
-            return {both.head<6>(), density, std::vector<double>(count_, 1.0)};
+            return;
         }
         // Where the object rises, the dots spring back by friction's part of its way.
-        const double risen = (rows_.bottomRows(count_) * both.head<6>()).mean();
+        const double risen = (rows_.bottomRows(count_) * at.state.head<6>()).mean();
         const double fastest = model_.drift * seconds_ + std::exp(friction_) * std::max(risen, 0.0);
         if (round > 0) prior.scale.tail<6>().setConstant(std::clamp(drift, noise_ / std::sqrt(count_), fastest));
-        Eigen::Matrix<double, 12, 1> variances = prior.variance(both);
+        Eigen::Matrix<double, 12, 1> variances = prior.variance(at.state);
         if (round == 0) variances.tail<6>().setConstant(std::pow(FASTEST * seconds_, 2));
-        both = sums.solve(prior.mean, variances);
-    }
+        at.expect(prior.mean, variances.cwiseInverse());
+    };
+    found.twist = fit_rows<12>(both_rows_, moved_, prior.mean, weigh_dots, explain).template head<6>();
+    return found;
 }
 
 // Logarithmic density of the dots if none moves.
@@ -284,7 +290,7 @@ double ObjectMotion::still() const {
     double density = 0;
     for (std::ptrdiff_t i = 0; i < count_; ++i) {
         const Residual off = residual(moved_, i);
-        density += student(off.across, noise_ * noise_) + least_ + depth_density(off.along);
+        density += plane_density(off.across, noise_ * noise_) + least_ + depth_density(off.along);
     }
     return density;
 }

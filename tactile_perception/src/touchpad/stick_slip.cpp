@@ -142,7 +142,7 @@ void StickSlip::measure_noise(const DotLoads& loads) {
     if (here > 0) noise_ += (here < noise_ ? SMOOTHING : SMOOTHING / 4) * (here - noise_);
 }
 
-std::vector<double> StickSlip::ways() const {
+std::vector<double> StickSlip::displacements() const {
     std::vector<double> found(2 * grid_.size(), NAN);
     for (std::ptrdiff_t k = 0; k < grid_.size(); ++k) {
         if (!held_[k]) continue;

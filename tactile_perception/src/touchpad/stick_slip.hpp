@@ -66,10 +66,10 @@ class StickSlip {
     // The objects that touch, largest first.
     const std::vector<TouchingObject>& objects() const { return objects_; }
 
-    // (K, 2) m: way of the objects over their dots in the last frame, along x and y. In gross slip it is that by which the object last held
-    // dots, a second before at most: standard deviation a third, since it may have changed its speed. NaN where no object is, and where too
-    // few dots show how it moves, as while it is lifted: then they spring back.
-    std::vector<double> ways() const;
+    // (K, 2) m: displacement of the objects over their dots in the last frame, along x and y. In gross slip it is that by which the object
+    // last held dots, a second before at most: standard deviation a third, since it may have changed its speed. NaN where no object is, and
+    // where too few dots show how it moves, as while it is lifted: then they spring back.
+    std::vector<double> displacements() const;
 
     // How the largest object that holds enough dots has moved in the last frame; NaN without one.
     Eigen::Isometry3d motion() const;

@@ -47,6 +47,19 @@ Length length_at(const LightPath& path, double z, double upwards, const Incidenc
     return {depth * both, upwards * both + depth * light.change};
 }
 
+std::tuple<std::vector<double>, std::vector<double>, std::vector<double>> path_lengths(const LightPath& path,
+                                                                                       const Array<double>& positions,
+                                                                                       const double* normals) {
+    std::vector<double> lengths, slopes, irradiance;
+    for (std::ptrdiff_t k = 0; k < positions.length(); ++k) {
+        const Vec3 position = vec3_at(positions, k), away = position - path.centre, ray = (1 / length(away)) * away;
+        const Incidence light = incidence(path, position, vec3_at(normals, k), ray);
+        const Length found = length_at(path, position.z, ray.z, light);
+        lengths.push_back(found.metres), slopes.push_back(found.slope), irradiance.push_back(light.irradiance);
+    }
+    return {std::move(lengths), std::move(slopes), std::move(irradiance)};
+}
+
 namespace {
 
 constexpr int POINTS = 16;               // on a ring, each the sum of 3 x 3 pixels. Chosen
@@ -147,7 +160,7 @@ struct Ratios {
     double information;  // about the length, of a whole ring, 1/m^2
 
     explicit Ratios(const WaterColour& water) {
-        const double *n = water.noise, *a = water.absorptions, det = n[0] * n[3] - n[1] * n[2];
+        const double *n = water.noise.data(), *a = water.absorptions.data(), det = n[0] * n[3] - n[1] * n[2];
         const double weight[2] = {(n[3] * a[0] - n[1] * a[1]) / det, (n[0] * a[1] - n[2] * a[0]) / det};
         information = a[0] * weight[0] + a[1] * weight[1];
         const double scale = std::sqrt(1 / (det * information));
@@ -210,12 +223,13 @@ Estimate with_glare(const Ratios& ratios, const double* colour, const double* fa
 WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const DotColours& seen) {
     const Ratios ratios(water);
     const double unlikely = (1 - glare.probability) / glare.probability;
-    WaterLengths found{std::vector<double>(seen.dots), std::vector<double>(seen.dots)};
-    for (std::ptrdiff_t k = 0; k < seen.dots; ++k) {
-        const double fallen[2] = {water.constants[0] - seen.ratios[2 * k], water.constants[1] - seen.ratios[2 * k + 1]};
+    const std::ptrdiff_t dots = seen.ratios.rows();
+    WaterLengths found{std::vector<double>(dots), std::vector<double>(dots)};
+    for (std::ptrdiff_t k = 0; k < dots; ++k) {
+        const double fallen[2] = {water.constants[0] - seen.ratios(k, 0), water.constants[1] - seen.ratios(k, 1)};
         const double points = std::max<double>(static_cast<double>(seen.count[k]), 1) / POINTS;
         Estimate best = without_glare(ratios, fallen, points);
-        const double* colour = seen.colour + 2 * k;
+        const double* colour = seen.colour.data() + 2 * k;
         const bool known = colour[0] >= 0 && colour[0] <= STRONGEST && colour[1] >= 0 && colour[1] <= STRONGEST;
         if (std::isfinite(seen.excess[k]) && seen.excess_sigma[k] > 0 && known) {
             double evidence;
@@ -254,16 +268,16 @@ std::vector<double> smooth(Grid grid, const std::vector<double>& values) {
 class Surface {
  public:
     // ranges: N, m, a first estimate. Only their changes since rest are smoothed, since derivatives amplify noise.
-    Surface(const LightPath& path, const SeenDots& dots, const std::vector<double>& ranges)
-        : dots_(dots), flat_(dots.grid.rows < 3 || dots.grid.columns < 3) {
+    Surface(const LightPath& path, const SeenDots& dots, Grid grid, const std::vector<double>& ranges)
+        : dots_(dots), grid_(grid), flat_(grid.rows < 3 || grid.columns < 3) {
         if (flat_) return;
-        change_.assign(dots.grid.size(), NONE);
-        for (std::ptrdiff_t k = 0; k < dots.count; ++k) change_[dots.id[k]] = ranges[k] - dots.rest_ranges[k];
-        change_ = smooth(dots.grid, change_);
+        change_.assign(grid.size(), NONE);
+        for (std::ptrdiff_t k = 0; k < dots.id.size(); ++k) change_[dots.id[k]] = ranges[k] - dots.rest_ranges[k];
+        change_ = smooth(grid, change_);
         places_.assign(3 * change_.size(), NONE);
-        for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
+        for (std::ptrdiff_t k = 0; k < dots.id.size(); ++k) {
             const double change = change_[dots.id[k]], range = dots.rest_ranges[k] + (std::isfinite(change) ? change : 0);
-            store(places_.data(), dots.id[k], path.centre + range * vec3_at(dots.rays, k));
+            store(places_.data(), dots.id[k], path.centre + range * vec3_at(dots.rays.data(), k));
         }
     }
 
@@ -271,27 +285,26 @@ class Surface {
     double curvature(std::ptrdiff_t k) const {
         if (!inner(k)) return 0;
         const double* here = change_.data() + dots_.id[k];
-        const double sum = here[-dots_.grid.columns] + here[dots_.grid.columns] + here[-1] + here[1] - 4 * here[0];
+        const double sum = here[-grid_.columns] + here[grid_.columns] + here[-1] + here[1] - 4 * here[0];
         return std::isfinite(sum) ? sum : 0;
     }
 
     // Unit normal, z up, at dot k: cross product of central differences; that at rest at the border and where a neighbour is missing.
     Vec3 normal(std::ptrdiff_t k) const {
-        const Vec3 rest = vec3_at(dots_.rest_normals, k);
+        const Vec3 rest = vec3_at(dots_.rest_normals.data(), k);
         if (!inner(k)) return rest;
         const double* here = places_.data() + 3 * dots_.id[k];
         const Vec3 right = vec3_at(here, 1) - vec3_at(here, -1);
-        const Vec3 down = vec3_at(here, dots_.grid.columns) - vec3_at(here, -dots_.grid.columns);
+        const Vec3 down = vec3_at(here, grid_.columns) - vec3_at(here, -grid_.columns);
         const Vec3 out = cross(right, down), unit = std::copysign(1 / length(out), out.z) * out;
         return std::isfinite(unit.x) && std::isfinite(unit.y) && std::isfinite(unit.z) ? unit : rest;
     }
 
  private:
-    bool inner(std::ptrdiff_t k) const {
-        return !flat_ && dots_.grid.inner(dots_.id[k] / dots_.grid.columns, dots_.id[k] % dots_.grid.columns);
-    }
+    bool inner(std::ptrdiff_t k) const { return !flat_ && grid_.inner(dots_.id[k] / grid_.columns, dots_.id[k] % grid_.columns); }
 
     const SeenDots& dots_;
+    const Grid grid_;
     bool flat_;
     std::vector<double> change_, places_;
 };
@@ -305,14 +318,15 @@ Length march(const LightPath& path, double length, Vec3 ray, double start, Vec3 
 
 }  // namespace
 
-WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, const double* lengths, double ring_share) {
-    std::vector<double> first(dots.count);
-    for (std::ptrdiff_t k = 0; k < dots.count; ++k)
-        first[k] = march(path, lengths[k], vec3_at(dots.rays, k), dots.rest_ranges[k], vec3_at(dots.rest_normals, k)).metres;
-    const Surface surface(path, dots, first);
-    WaterRanges found{std::vector<double>(dots.count), std::vector<double>(dots.count)};
-    for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
-        const Length second = march(path, lengths[k], vec3_at(dots.rays, k), first[k], surface.normal(k));
+WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, Grid grid, const double* lengths, double ring_share) {
+    const std::ptrdiff_t count = dots.id.size();
+    std::vector<double> first(count);
+    for (std::ptrdiff_t k = 0; k < dots.id.size(); ++k)
+        first[k] = march(path, lengths[k], vec3_at(dots.rays.data(), k), dots.rest_ranges[k], vec3_at(dots.rest_normals.data(), k)).metres;
+    const Surface surface(path, dots, grid, first);
+    WaterRanges found{std::vector<double>(count), std::vector<double>(count)};
+    for (std::ptrdiff_t k = 0; k < dots.id.size(); ++k) {
+        const Length second = march(path, lengths[k], vec3_at(dots.rays.data(), k), first[k], surface.normal(k));
         // The mean over a ring of radius r differs from the value at its centre by r^2 / 4 times the Laplacian, to second order.
         found.ranges[k] = second.metres - surface.curvature(k) * ring_share * ring_share / 4;
         found.slopes[k] = second.slope;

@@ -3,9 +3,13 @@
 // Ranges of dots from the colour around them: absorption in the water along the light's path (Beer and Lambert), beside mirrored light.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
+#include "common/array.hpp"
+#include "common/rows.hpp"
 #include "common/vectors.hpp"
 #include "dots/image.hpp"
 #include "touchpad/membrane_forces.hpp"
@@ -17,6 +21,11 @@ struct LightPath {
     double window_z, lamp_z, lamp_radius, ambient;  // ambient: diffuse share of the irradiance, 0 for Lambert's cosine alone
     Vec3 centre;                                    // of the camera, on the ring's axis
 };
+
+/// The path of window_z, lamp_z, lamp_radius, ambient, and the camera's centre.
+inline LightPath light_path(const double* numbers) {
+    return {numbers[0], numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5], numbers[6]}};
+}
 
 // The light that falls on a place: its mean 1 / cos(angle to the z axis), that mean's derivative along the camera's ray, 1/m, and the
 // irradiance in units of the lamps' power.
@@ -35,6 +44,12 @@ struct Length {
 // The length at height z on a ray whose z component is upwards, under the given light.
 Length length_at(const LightPath& path, double z, double upwards, const Incidence& light);
 
+/// Lengths (N), m, to positions (N, 3) on the skin with unit outward normals (N, 3), their derivatives (N) along the camera's rays, and the
+/// irradiance (N) in units of the lamps' power.
+std::tuple<std::vector<double>, std::vector<double>, std::vector<double>> path_lengths(const LightPath& path,
+                                                                                       const Array<double>& positions,
+                                                                                       const double* normals);
+
 // Colour of the background around each of N dots; NaN where it cannot be read.
 struct RingColours {
     std::vector<double> ratios;       // N x 2: ln(blue / red), ln(green / red)
@@ -51,23 +66,24 @@ RingColours ring_colours(const ColourImage& image, const double* places, std::pt
 // noise. disagree: standard deviations between the two ratios above which the length's is widened; patchy: times the noise's variance of a
 // ring point above which blue / red around a ring shows glare or an edge.
 struct WaterColour {
-    double constants[2], absorptions[2], noise[4], disagree, patchy;
+    Eigen::Vector2d constants, absorptions;
+    Eigen::Vector4d noise;
+    double disagree = 0, patchy = 0;
 };
 
-// What is measured at N dots: log ratios (N x 2), points of the ring used (N, of 16), patchiness (N), excess (N): ln of the red light over
-// the light expected without glare, and its standard deviation excess_sigma (N), NaN where unknown.
+/// What is measured at N dots.
 struct DotColours {
-    const double* ratios;
-    const std::int64_t* count;
-    const double *patchiness, *excess, *excess_sigma;
-    const double* colour;  // (N x 2) blue/red and green/red of glare over those of the scattered light
-    std::ptrdiff_t dots;
+    Rows2 ratios;                          ///< logarithms, of ring_colours
+    Numbers count;                         ///< points of the ring used, of 16
+    Eigen::VectorXd patchiness;            ///< of ring_colours
+    Eigen::VectorXd excess, excess_sigma;  ///< ln of the red light over that expected without glare, NaN where unknown; its deviation
+    Rows2 colour;                          ///< blue/red and green/red of glare over those of the scattered light
 };
 
 // Glare: light that the skin mirrors. Its share is its red light over the scattered red light.
 struct Glare {
-    double probability;  // of a dot to have glare, before it is measured
-    double size;         // standard deviation of the shares
+    double probability = 0;  // of a dot to have glare, before it is measured
+    double size = 0;         // standard deviation of the shares
 };
 
 // Path lengths (N) and their standard deviations (N), m. Dots whose excess or colour is unknown are taken to have no glare.
@@ -77,14 +93,12 @@ struct WaterLengths {
 
 WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const DotColours& seen);
 
-// N dots of a printed grid; without one (rows or columns below 3) the surface keeps its normals at rest.
+/// N dots of a grid.
 struct SeenDots {
-    const std::int64_t* id;      // N: row * columns + column, within the grid
-    const double* rays;          // N x 3, unit, from the camera's centre
-    const double* rest_ranges;   // N, m
-    const double* rest_normals;  // N x 3, unit, outward
-    std::ptrdiff_t count;
-    Grid grid;
+    Numbers id;                   ///< row * columns + column
+    Rows3 rays;                   ///< unit, from the camera's centre
+    Eigen::VectorXd rest_ranges;  ///< m, untouched
+    Rows3 rest_normals;           ///< unit, outward
 };
 
 // Ranges of dots and how much longer the light's path gets with a longer range.
@@ -93,7 +107,7 @@ struct WaterRanges {
 };
 
 // Ranges at which the light's paths have the given lengths (N), m. A length is the mean over a ring around the dot; its radius over the
-// dots' pitch is ring_share.
-WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, const double* lengths, double ring_share);
+// dots' pitch is ring_share. Without a grid (rows or columns below 3) the surface keeps its normals at rest.
+WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, Grid grid, const double* lengths, double ring_share);
 
 }  // namespace tactile

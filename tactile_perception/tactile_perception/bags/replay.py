@@ -16,11 +16,11 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import TRUTH_TYPES, BagReader, LeftOut, RawMessage, recorded_frame
 from tactile_driver.recordings.serialization import decode, type_name_of, unusable
 
+from ..core.errors import BadArgument, BadFrame, BadRecording, TactileError, by_name
+from ..core.parameter_files import all_values, check_sections, read_parameters
+from ..core.sensor_type import NODES, SENSOR_TYPES
+from ..core.stage import Stage
 from ..dots.parameters import DOTS
-from ..errors import BadArgument, BadFrame, BadRecording, TactileError, by_name
-from ..parameters.file import all_values, check_sections, read_parameters
-from ..sensor_type import NODES, SENSOR_TYPES
-from ..stage import Stage
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
 

@@ -10,7 +10,7 @@ from tactile_driver.recordings.reader import COMPRESSED_IMAGE, BagReader
 from tactile_driver.recordings.serialization import decode
 
 from ..common.progress import progress
-from ..errors import BadCalibration, BadRecording
+from ..core.errors import BadCalibration, BadRecording
 
 TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
 IMAGE, VOLTAGES = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages'
@@ -46,10 +46,12 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
 def find_prefix(topics: dict[str, str], namespace: str, images: str = 'image_raw', raw_type: str = IMAGE) -> str:
     """'/ns/' of the sensor among topics (topic -> type) whose raw data are on images with type raw_type (or compressed).
 
-    Raises BadRecording without one, and for several without a namespace.
+    Two views beside the image that was stitched from them are not taken for sensors. Raises BadRecording without one, and for several
+    without a namespace.
     """
     kinds = IMAGES if raw_type == IMAGE else (raw_type,)
     found = {topic.removesuffix(images) for topic, kind in topics.items() if topic.endswith('/' + images) and kind in kinds}
+    found -= {prefix + view for prefix in found for view in ('left/', 'right/')}  # of which the node made the stitched image
     return choose_prefix(found, namespace, images)
 
 

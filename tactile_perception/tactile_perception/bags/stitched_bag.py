@@ -24,9 +24,9 @@ from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 from tactile_driver.stitching.methods import make_stitcher
 
-from ..calibration.files.format import read_calibration
-from ..errors import BadFrame
-from ..parameters.file import read_parameters
+from ..core.calibration_file import read_calibration
+from ..core.errors import BadFrame
+from ..core.parameter_files import read_parameters
 from .stamped import IMAGES
 
 VIEWS = ('left/image_raw', 'right/image_raw')

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 
 from tactile_driver.lens import farthest_square
-from tactile_perception._core import camera_rays
+from tactile_perception._core.common import Camera
 
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 
 
 def _finite(name: str, value, shape: tuple) -> np.ndarray:
@@ -51,6 +51,11 @@ class CameraModel:
         """(3,) centre of projection in the sensor frame, m."""
         return -self.rotation.T @ self.translation
 
+    @cached_property
+    def kernel(self) -> Camera:
+        """The same for the kernels."""
+        return Camera(matrix=self.matrix, distortion=self.distortion, rotation=self.rotation, farthest=farthest_square(self.distortion))
+
     def project(self, xyz: np.ndarray) -> np.ndarray:
         """Image positions (N, 2), px, of points xyz (N, 3) in the sensor frame, m."""
         points = np.ascontiguousarray(xyz, float).reshape(-1, 1, 3)
@@ -60,8 +65,7 @@ class CameraModel:
 
     def rays(self, uv: np.ndarray) -> np.ndarray:
         """Unit vectors (N, 3) in the sensor frame from the camera centre through uv (N, 2), px; NaN outside the lens' field of view."""
-        return camera_rays(np.asarray(uv, float), matrix=self.matrix, distortion=self.distortion, rotation=self.rotation,
-                           farthest=farthest_square(self.distortion))
+        return self.kernel.rays(np.asarray(uv, float))
 
 
 def camera_pose(values: Mapping) -> tuple[np.ndarray, np.ndarray]:

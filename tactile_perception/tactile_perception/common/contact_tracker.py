@@ -11,15 +11,15 @@ import numpy as np
 
 from .surface import Moments
 
-_LASTING_S = 0.02  # s, from which a contact lasts: one that begins or ends may show as several regions
-_KEPT_S = 0.1  # s, that a contact keeps its id while frames do not show it: one or two may miss it. Chosen
-_SMALL = 4  # dots or taxels: smaller regions do not split off, since noise at a border makes such
+_MIN_PERSISTENT_S = 0.02  # s; a contact that starts or ends may show as several regions for a shorter time
+_MAX_GAP_S = 0.1  # s that a contact keeps its id without being seen: one or two frames may miss it
+_MIN_SPLIT = 4  # dots or taxels of a region that splits off; noise at a border makes smaller ones
 
 
-def goes_on(seen_s: float, last_s: float, stamp_s: float) -> bool:
+def may_continue(seen_s: float, last_s: float, stamp_s: float) -> bool:
     """Whether a contact that was last seen at seen_s may continue in the frame at stamp_s: the last frame, at last_s, had it, however long
     ago, since frames may be refused; or it was seen lately."""
-    return seen_s >= min(last_s, stamp_s - _KEPT_S)
+    return seen_s >= min(last_s, stamp_s - _MAX_GAP_S)
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class TrackedContact:
 
     @property
     def is_persistent(self) -> bool:
-        """Whether it was there for a while."""
-        return self.seen_s - self.since_s > _LASTING_S - 1e-6
+        """Whether it has been there for longer than a transient."""
+        return self.seen_s - self.since_s > _MIN_PERSISTENT_S - 1e-6
 
 
 class ContactTracker:
@@ -70,7 +70,7 @@ class ContactTracker:
                 self._next += 1
                 continue
             before = last[continued[k]]
-            splits = any(i != k and common[continued[k]] and counts[i] >= _SMALL for i, common in enumerate(shared))
+            splits = any(i != k and common[continued[k]] and counts[i] >= _MIN_SPLIT for i, common in enumerate(shared))
             joined = any(shared[k][j] and last[j].is_persistent for j in free)
             found.append(TrackedContact(before.number, moments, before.since_s, stamp_s, bool(joined or before.merged and not splits)))
         lost = [j for j in free if not any(common[j] for common in shared)]
@@ -83,7 +83,7 @@ class ContactTracker:
 
     def _remembered(self, size: int, stamp_s: float) -> tuple[list[TrackedContact], np.ndarray]:
         """The contacts that may continue, and the one that each of so many dots belonged to."""
-        kept = [j for j, one in enumerate(self._last) if goes_on(one.seen_s, self._stamp_s, stamp_s)]
+        kept = [j for j, one in enumerate(self._last) if may_continue(one.seen_s, self._stamp_s, stamp_s)]
         if len(self._owner) != size:
             return [self._last[j] for j in kept], np.zeros(size, int)
         number = np.zeros(len(self._last) + 1, int)

@@ -16,9 +16,22 @@ _UNKNOWN = np.full(4, np.nan)
 class ContactEstimate:
     """The fields of tactile_msgs/Contact, and the dots that belong to it.
 
-    id: kept while the touch lasts; position: (3,) m; normal: (3,) unit, towards the object; depth: m; force: N along the mean normal of
-    the region, NaN when unknown; position_covariance: (3, 3) m^2; flags: of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; members: (N,) bool of the
-    frame's dots.
+    Parameters
+    ----------
+    id : int
+        Constant while the contact lasts.
+    position, normal : ndarray, shape (3,)
+        Position in m, and unit normal towards the object.
+    depth : float
+        In m.
+    force : float
+        Along the mean normal of the region, in N; NaN when unknown.
+    position_covariance : ndarray, shape (3, 3)
+        In m^2.
+    flags : int
+        Sum of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS and SATURATED.
+    members : ndarray of bool, shape (N,)
+        Which dots of the frame belong to the contact.
     """
 
     id: int
@@ -33,12 +46,30 @@ class ContactEstimate:
 
 @dataclass
 class ContactRegionEstimate:
-    """The fields of tactile_msgs/ContactRegion; unknown is NaN; area is 0 without contact.
+    """The fields of tactile_msgs/ContactRegion; unknown is NaN; the area is 0 without contact.
 
-    dot_id, dot_state: (N,); outlines, holes: lists of (M, 3) m; area: m^2 on the surface; centroid, normal: (3,); orientation: rad in
-    (-pi/2, pi/2]; major_axis, minor_axis: m, full lengths of the ellipse of the same moments; motion_rotation: (4,) quaternion x y z w and
-    motion_translation: (3,) m, so that a point of the object at x comes to rotation x + translation, over motion_interval s;
-    pose_rotation, pose_translation: the same since the object touched; dot_confidence: (N,) probability of each dot_state, or empty.
+    Parameters
+    ----------
+    dot_id, dot_state : ndarray, shape (N,)
+        Number and state of each dot.
+    outlines, holes : list of ndarray, shape (M, 3)
+        In m.
+    area : float
+        On the surface, in m^2.
+    centroid, normal : ndarray, shape (3,)
+        In m, and unit vector.
+    orientation : float
+        In rad, above -pi/2 and up to pi/2.
+    major_axis, minor_axis : float
+        Full lengths of the ellipse with the same moments, in m.
+    motion_translation, motion_rotation : ndarray, shape (3,) and (4,)
+        In m, and quaternion x, y, z, w: a point of the object at x moves to rotation x + translation.
+    motion_interval : float
+        Duration of that motion in s.
+    pose_translation, pose_rotation : ndarray, shape (3,) and (4,)
+        The same since the object touched.
+    dot_confidence : ndarray, shape (N,) or (0,)
+        Probability of each dot_state.
     """
 
     dot_id: np.ndarray
@@ -64,11 +95,24 @@ NONE, INCIPIENT, GROSS = 0, 1, 2
 
 @dataclass
 class SlipEstimate:
-    """The fields of tactile_msgs/Slip; NaN: unknown.
+    """The fields of tactile_msgs/Slip; unknown is NaN.
 
-    state: NONE, INCIPIENT or GROSS; slipping_fraction: of the dots in contact, NaN without contact; linear, angular: (3,) m/s, rad/s,
-    twist of the object over the surface at the frame's origin, 0 while all dots stick; rotation_center: (3,) m; x, y: (S,) m, positions of
-    the slipping dots; vx, vy: (S,) m/s, of the object over the surface there; confidence: probability of state, NaN where none is stated.
+    Parameters
+    ----------
+    state : int
+        NONE, INCIPIENT or GROSS.
+    slipping_fraction : float
+        Of the dots in contact; NaN without contact.
+    linear, angular : ndarray, shape (3,)
+        Twist of the object over the surface at the origin of the frame, in m/s and rad/s; 0 while all dots stick.
+    rotation_center : ndarray, shape (3,)
+        In m.
+    x, y : ndarray, shape (S,)
+        Positions of the slipping dots in m.
+    vx, vy : ndarray, shape (S,)
+        Velocity of the object over the surface there in m/s.
+    confidence : float
+        Probability of the state; NaN where none is stated.
     """
 
     state: int = NONE
@@ -83,32 +127,87 @@ class SlipEstimate:
     confidence: float = np.nan
 
 
-# Slipping fractions at which a state begins, and below which it ends (hysteresis against single dots). Chosen.
+# Slipping fractions at which a state begins, and below which it ends: hysteresis against single dots.
 _INCIPIENT = (0.05, 0.03)
 STILL_GROSS = 0.85
 _GROSS = (0.90, STILL_GROSS)
-FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation. Chosen
+FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation
 _COINCIDENT = 1e-24  # m^2: squares of the distance of positions a picometre apart
 
 
 def next_state(state: int, fraction: float) -> int:
-    """State from the slipping fraction, with hysteresis."""
+    """State of slip from the slipping fraction, with hysteresis.
+
+    Parameters
+    ----------
+    state : int
+        Present state.
+    fraction : float
+        Slipping fraction.
+
+    Returns
+    -------
+    int
+        NONE, INCIPIENT or GROSS.
+
+    Examples
+    --------
+    >>> next_state(NONE, 0.04), next_state(INCIPIENT, 0.04), next_state(INCIPIENT, 0.95)
+    (0, 1, 2)
+    """
     if fraction >= _GROSS[state == GROSS]:
         return GROSS
     return INCIPIENT if fraction >= _INCIPIENT[state != NONE] else NONE
 
 
 def state_probability(state: int, fraction: float, patches: float) -> float:
-    """Probability that the true slipping fraction is that of state, where the estimated one is of so many patches, each of which slips or
-    sticks by itself (normal approximation of the binomial distribution)."""
-    least, most = (-math.inf, _INCIPIENT[0], _GROSS[0], math.inf)[state:state + 2]
+    """Probability that the true slipping fraction is that of a state.
+
+    Parameters
+    ----------
+    state : int
+        NONE, INCIPIENT or GROSS.
+    fraction : float
+        Estimated slipping fraction.
+    patches : float
+        Number of patches, each of which slips or sticks independently.
+
+    Returns
+    -------
+    float
+
+    Notes
+    -----
+    Normal approximation of the binomial distribution.
+    """
+    low, high = (-math.inf, _INCIPIENT[0], _GROSS[0], math.inf)[state:state + 2]
     spread = math.sqrt(2 * max(fraction * (1 - fraction), 1e-9) / patches)
-    return 0.5 * (math.erf((most - fraction) / spread) - math.erf((least - fraction) / spread))
+    return 0.5 * (math.erf((high - fraction) / spread) - math.erf((low - fraction) / spread))
 
 
 def planar_twist(position: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, from velocity (S, 2) at position
-    (S, 2); all NaN for coincident or NaN positions."""
+    """Twist and centre of rotation of velocities in a plane.
+
+    Parameters
+    ----------
+    position, velocity : ndarray, shape (S, 2)
+        Points and their velocities.
+
+    Returns
+    -------
+    linear : ndarray, shape (2,)
+        Velocity at the origin.
+    angular : float
+        Angular velocity.
+    centre : ndarray, shape (2,)
+        Centre of rotation; NaN for a translation. All is NaN for coincident or NaN positions.
+
+    Examples
+    --------
+    >>> linear, angular, centre = planar_twist(np.array([[1.0, 0.0], [-1.0, 0.0]]), np.array([[0.0, 2.0], [0.0, -2.0]]))
+    >>> linear, float(angular), centre
+    (array([0., 0.]), 2.0, array([0., 0.]))
+    """
     unknown = np.full(2, np.nan)
     if not len(position):
         return unknown, np.nan, unknown

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ..errors import BadArgument, BadFrame
+from ..core.errors import BadArgument, BadFrame
 
 
 def rotation_vector(rotation: np.ndarray) -> np.ndarray:
@@ -70,12 +70,12 @@ def tangents(normal: np.ndarray) -> np.ndarray:
     return np.stack([first, cross(normal, first)])
 
 
-def lie_on_a_line(points: np.ndarray, thinnest: float) -> bool:
+def are_collinear(points: np.ndarray, min_aspect: float = 1e-3) -> bool:
     """Whether the second largest extent of points (N, 3) is less than this share of the largest one."""
-    away = points - points.mean(axis=0)
-    scatter = away.T @ away
+    centred = points - points.mean(axis=0)
+    scatter = centred.T @ centred
     total = scatter.trace()  # its square less the squares is twice the sum of the products of two squared extents
-    return bool(total**2 - np.vdot(scatter, scatter) <= 2 * (thinnest * total)**2)
+    return bool(total**2 - np.vdot(scatter, scatter) <= 2 * (min_aspect * total)**2)
 
 
 _FINE = 1e4  # steps a unit: OpenCV's contours are whole numbers

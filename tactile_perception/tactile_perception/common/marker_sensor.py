@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from .geometry import Cap
 
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from .. import _core
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 
 _STRAIGHT_LAYERS = 2  # dots beyond the last known one that are extrapolated linearly; farther ones take means. Chosen
 
@@ -104,7 +104,7 @@ class DotSurface:
         self.xyz = fill_unseen(xyz)
         if np.isnan(self.xyz[0, 0, 0]):
             raise BadArgument('dot surface: no dot is known')
-        self.wide = _core.extend_surface(self.xyz)
+        self.wide = _core.common.extend_surface(self.xyz)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -148,7 +148,7 @@ def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float
     """Full lengths (m) of the ellipse of the same moments, and its direction (rad), NaN where it is not significant against the errors of
     the outline and holes loops, (M, 3) each."""
     sums = np.array([moments.area, *moments.first[:2].tolist(), *moments.second.tolist()])
-    return tuple(_core.region_axes(sums, *joined(loops), pitch=pitch).tolist())
+    return tuple(_core.common.region_axes(sums, *joined(loops), pitch=pitch).tolist())
 
 
 REFINE = 2  # steps per pitch of an outline. Chosen
@@ -188,7 +188,7 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5) 
     Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and 1, so that the border is independent of the pressure of an
     edge. Regions at the pattern's border are closed half a pitch outside the last dots.
     """
-    vertices, start, region, points, moments, pitch = _core.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=1.0,
+    vertices, start, region, points, moments, pitch = _core.common.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=1.0,
                                                                         refine=REFINE)
     return grouped(vertices, points, start, region), [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in moments], pitch
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from .surface import grid_normals
 
 NON_CONTACT, STICKING, SLIPPING, UNKNOWN = 0, 1, 2, 255
@@ -17,11 +17,27 @@ _MIN_POINTS = 4  # for a plane with one degree of freedom left
 
 @dataclass(frozen=True)
 class SurfacePoints:
-    """K points in the order of their ids, in the sensor frame; unknown is NaN.
+    """Points of a sensor's surface in the order of their numbers, in the sensor frame; unknown is NaN.
 
-    shape: rows and columns of the grid, row by row, (1, K) without one; xyz: (K, 3) m; normal: (K, 3) unit, out of the sensor;
-    displacement: (K, 3) m, from the untouched position; force: (K, 3) N, object on sensor; normal_force: (K,) N, component along -normal;
-    state: (K,) uint8, NON_CONTACT, STICKING, SLIPPING or UNKNOWN. Raises BadArgument where shapes differ.
+    Parameters
+    ----------
+    shape : tuple of int
+        Rows and columns of the grid, row by row; (1, K) without a grid.
+    xyz, normal : ndarray, shape (K, 3)
+        Position in m, and unit normal out of the sensor.
+    displacement : ndarray, shape (K, 3)
+        From the undeformed position, in m.
+    force : ndarray, shape (K, 3)
+        Of the object on the sensor, in N.
+    normal_force : ndarray, shape (K,)
+        Component along minus the normal, in N.
+    state : ndarray of uint8, shape (K,)
+        NON_CONTACT, STICKING, SLIPPING or UNKNOWN.
+
+    Raises
+    ------
+    BadArgument
+        If the shapes differ.
     """
 
     shape: tuple[int, int]
@@ -42,15 +58,44 @@ class SurfacePoints:
 
 
 def dot_points(shape: tuple[int, int], xyz: np.ndarray, rest: np.ndarray, state: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
-    """Surface points of K dots at xyz (K, 3) m, untouched at rest (K, 3) m, with states (K,); force: (K, 3) N, None: unknown."""
+    """Surface points of dots.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Rows and columns of the grid; (1, K) without a grid.
+    xyz, rest : ndarray, shape (K, 3)
+        Present and undeformed positions in m.
+    state : ndarray, shape (K,)
+        Contact state of each dot.
+    force : ndarray, shape (K, 3), or None
+        In N; None: unknown.
+
+    Returns
+    -------
+    SurfacePoints
+    """
     normal = grid_normals(xyz.reshape(*shape, 3)).reshape(-1, 3) if min(shape) > 1 else scattered_normals(xyz)
     force = np.full(xyz.shape, np.nan) if force is None else force
     return SurfacePoints(shape, xyz, normal, xyz - rest, force, -np.einsum('kc,kc->k', force, normal), state)
 
 
 def scattered_normals(xyz: np.ndarray) -> np.ndarray:
-    """(K, 3) unit normals, z upwards, of the surface through xyz (K, 3): of the least-squares plane through a point and its nearest
-    neighbours (Hoppe et al. 1992, section 3.1). NaN for a NaN point, and for too few points.
+    """Estimate the unit normals of the surface through scattered points.
+
+    Parameters
+    ----------
+    xyz : ndarray, shape (K, 3)
+        Points.
+
+    Returns
+    -------
+    ndarray, shape (K, 3)
+        Normals, z upwards; NaN for a NaN point, and for too few points.
+
+    Notes
+    -----
+    The normal is that of the least-squares plane through a point and its nearest neighbours (Hoppe et al. 1992, section 3.1).
     """
     normal = np.full(xyz.shape, np.nan)
     known = np.flatnonzero(np.isfinite(xyz).all(axis=1))

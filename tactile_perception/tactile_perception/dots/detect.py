@@ -15,10 +15,10 @@ from .. import _core
 from ..common.dots import Dots
 from ..common.neighbours import Neighbours
 from ..common.statistics import upper_median
-from ..errors import BadArgument, BadFrame, by_name
+from ..core.errors import BadArgument, BadFrame, by_name
+from .appearance import MIN_CONTRAST, Appearance, discs_at, find_pattern, measure_appearance, select_channel, shrink
 from .auto import measure_any
 from .fit import DiscModel
-from .look import MIN_CONTRAST, Look, measure_look, select_channel, shrink
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
 _SMALLEST_FRAME = 32  # px, shorter side of a frame: the detectors average over boxes of 15 px and more
@@ -28,17 +28,13 @@ _MAX_GROWTH, _GROWTH = 2.2, 1.15  # times the typical diameter: the largest diam
 _LOST_SHARE = 0.6  # of the dots at the measurement of the appearance; with fewer, it is measured anew where that finds more
 
 # The detector of large markers
-_ALIKE = 0.6  # ratio of channel contrasts from which channels are averaged, since their noise is independent
-_FIRST_BOX = 0.1  # of the image's longer side: box of the local mean before the pitch is known
-_WIDEST_BOX, _NARROWEST_BOX = 255, 9  # px, bounds of that box
-_PER_PITCH = 1.1  # pitches, side of that box afterwards: a little over one marker with its ground
+_PER_PITCH = 1.1  # pitches, side of the box of the local mean: a little over one marker with its ground
 _SMALLEST_SEGMENTED = 8.0  # px: smaller markers are segmented in the full image
-_LOWEST = 0.15  # of the markers' contrast, threshold of the segmentation
+_LOWEST = 0.13  # of the markers' contrast, threshold of the segmentation
 _SOLID = (0.975, 1.05)  # solidity of one whole marker; others are partly hidden or touch another
 _SMALL_SOLID = (0.8, 1.25)  # the same for small markers, whose pixels are coarse
 _FAINT = 0.15  # of the typical amplitude, least of a marker
-_LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest region that is a marker
-_SPECK = 2  # px of the small image, largest region that the median area ignores
+_LEAST, _MOST = 0.2, 5.0  # typical areas, smallest and largest region that is a marker
 _SQUARE = np.ones((3, 3), np.uint8)
 
 
@@ -99,94 +95,64 @@ def check_frame(image: np.ndarray):
 
 class LikelihoodFinder:
     """The default: peaks of a reduced image (src/dots/peaks.cpp), then a maximum-likelihood fit of each, without the images of overlapping
-    neighbours, and its judgement (src/dots/finder.cpp). look: of the dots; limits: what decides what is a dot."""
+    neighbours, and its judgement (src/dots/finder.cpp). appearance: of the dots; limits: what decides what is a dot."""
 
-    def __init__(self, look: Look, limits: _core.dots.DotLimits | None = None):
-        self._look, self._limits, self._finders = look, limits or _core.dots.DotLimits(), []
+    def __init__(self, appearance: Appearance, limits: _core.dots.DotLimits | None = None):
+        self._appearance, self._limits, self._finders = appearance, limits or _core.dots.DotLimits(), []
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Dots of one checked uint8 image; with a larger range of diameters where some exceed that of the look."""
-        grey = shrink(select_channel(image, self._look.channel), self._look.step)
-        largest, k = self._look.largest, 0
+        """Dots of one checked uint8 image; with a larger range of diameters where some exceed that of the appearance."""
+        grey = shrink(select_channel(image, self._appearance.channel), self._appearance.step)
+        largest, k = self._appearance.largest, 0
         while True:
             if k == len(self._finders):
-                model = DiscModel(self._look.smallest, largest, self._look.blur)
-                self._finders.append(_core.dots.DotFinder(model, self._look, self._limits))
+                model = DiscModel(self._appearance.smallest, largest, self._appearance.blur)
+                self._finders.append(_core.dots.DotFinder(model, self._appearance, self._limits))
             found = self._finders[k].find(grey)
-            if not found.outgrown or largest > _MAX_GROWTH * self._look.typical:
+            if not found.outgrown or largest > _MAX_GROWTH * self._appearance.typical:
                 return Dots(found.uv, found.area, found.sigma)
             largest, k = _GROWTH * largest, k + 1
 
 
 @dataclass(frozen=True)
 class BlobFinder:
-    """Markers by grey-weighted moments of regions. sign: 1 for bright markers, -1 for dark; channel: of a BGR image, -1 for grey; step:
-    reduction of the small image; box: its px, of the local mean; threshold: grey levels."""
+    """Markers by grey-weighted moments of regions. sign: 1 for bright markers, -1 for dark; channel: see select_channel; step:
+    reduction of the small image; box: its px, of the local mean; threshold: grey levels; area: of a marker, px of that image."""
 
     sign: int
-    channel: int
+    channel: str
     step: int
     box: int
     threshold: float
+    area: float
 
     def detect(self, image: np.ndarray) -> Dots:
         """Markers of one checked uint8 image."""
-        grey = _plane(image, self.channel, self.sign)
-        small, above = _above(grey, self.step, self.box)
+        grey = select_channel(image, self.channel)
+        grey = grey if self.sign > 0 else cv2.bitwise_not(grey)
+        small = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) if self.step == 2 else grey
+        above = cv2.subtract(small, cv2.blur(small, (self.box, self.box)))  # the local mean
         mask = cv2.threshold(above, self.threshold, 255, cv2.THRESH_BINARY)[1]
         least, most = _SOLID if self.step == 2 else _SMALL_SOLID
-        regions = _find_regions(mask)
+        regions = _find_regions(mask, self.area)
         if not len(regions.box):
             return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
         labels = cv2.dilate(regions.labels, _SQUARE)
-        blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label, step=self.step)
+        blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label)
         solidity, amplitude = blobs.solidity, blobs.amplitude
         good = (solidity > least) & (solidity < most) & (amplitude > _FAINT * upper_median(amplitude))
         return Dots(blobs.uv, blobs.area, blobs.sigma).take(good)
 
 
-def _plane(image, channel, sign):
-    """One channel, or grey for -1, inverted for dark markers."""
-    if image.ndim == 3:
-        image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if channel < 0 else cv2.extractChannel(image, channel)
-    return image if sign > 0 else cv2.bitwise_not(image)
-
-
-def _above(grey, step, box):
-    """The small image, and its excess over the local mean."""
-    small = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) if step == 2 else grey
-    return small, cv2.subtract(small, cv2.blur(small, (box, box)))
-
-
-def _best_channel(image) -> int:
-    if image.ndim == 2:
-        return -1
-    spread = cv2.meanStdDev(image)[1][:, 0]
-    return -1 if spread.min() > _ALIKE * spread.max() else int(spread.argmax())
-
-
 def _measure_markers(image, sign) -> BlobFinder:
-    """Finder of markers like those of an image, from regions over Otsu's threshold of the excess over the local mean. Raises BadFrame
-    without markers."""
-    channel = _best_channel(image)
-    grey = _plane(image, channel, sign)
-    box = _odd(_FIRST_BOX * max(grey.shape))
-    for _ in range(2):  # the second time with a box that fits the pitch
-        _, above = _above(grey, 1, box)
-        threshold = cv2.threshold(above, 0, 255, cv2.THRESH_OTSU)[0]
-        smooth = cv2.GaussianBlur(above, (3, 3), 0)
-        regions = _find_regions(cv2.threshold(smooth, max(threshold, MIN_CONTRAST), 255, cv2.THRESH_BINARY)[1])
-        if len(regions.box) < 2:
-            raise BadFrame('fewer than two markers found in the frame: check light, focus and the parameter polarity')
-        pitch = float(np.median(Neighbours(regions.centre).query(regions.centre, 2)[0][:, 1]))
-        box = _odd(_PER_PITCH * pitch)
-    step = 2 if np.sqrt(4 / np.pi * np.median(regions.area)) >= _SMALLEST_SEGMENTED else 1
-    contrast = float(above[above > threshold].mean())
-    return BlobFinder(sign, channel, step, _odd(box / step), max(_LOWEST * contrast, MIN_CONTRAST))
-
-
-def _odd(length) -> int:
-    return int(np.clip(length, _NARROWEST_BOX, _WIDEST_BOX)) // 2 * 2 + 1
+    """Finder of markers like those of an image. Raises BadFrame without a pattern."""
+    pattern = find_pattern(image, (sign,))
+    discs = discs_at(select_channel(image, pattern.channel), sign, pattern.uv, pattern.diameter)
+    pitch = float(np.median(Neighbours(pattern.uv).query(pattern.uv, 2)[0][:, 1]))
+    step = 2 if pattern.diameter >= _SMALLEST_SEGMENTED else 1
+    threshold = max(_LOWEST * float(np.median(discs.amplitude)), MIN_CONTRAST)
+    box = int(_PER_PITCH * pitch / step) // 2 * 2 + 1
+    return BlobFinder(sign, pattern.channel, step, box, threshold, np.pi / 4 * (pattern.diameter / step)**2)
 
 
 @dataclass
@@ -201,12 +167,10 @@ class _Regions:
     labels: np.ndarray
 
 
-def _find_regions(mask: np.ndarray) -> _Regions:
-    """Regions of a marker's size in a mask (H, W) uint8 that its border does not cut."""
+def _find_regions(mask: np.ndarray, typical: float) -> _Regions:
+    """Regions of a marker's typical area, px, in a mask (H, W) uint8 that its border does not cut."""
     _, labels, stats, centre = cv2.connectedComponentsWithStatsWithAlgorithm(mask, 8, cv2.CV_32S, cv2.CCL_GRANA)
     left, top, width, height, area = stats.T
-    counted = np.flatnonzero(area[1:] > _SPECK) + 1
-    typical = upper_median(area[counted]) if len(counted) else 0.0
     good = (left > 0) & (top > 0) & (left + width < mask.shape[1]) & (top + height < mask.shape[0])
     good &= (area > _LEAST * typical) & (area < _MOST * typical)
     good[0] = False
@@ -229,7 +193,7 @@ class _Measured:
 #: (sign) -> an object with detect(image) -> Dots, a function of the image alone, or with measure(image) -> such an object
 METHODS = PluginTable('tactile_perception.dot_detectors', {
     'auto': partial(_Measured, partial(measure_any, make_fit=LikelihoodFinder)),
-    'likelihood': partial(_Measured, lambda image, sign: LikelihoodFinder(measure_look(image, sign))),
+    'likelihood': partial(_Measured, lambda image, sign: LikelihoodFinder(measure_appearance(image, sign))),
     'blobs': partial(_Measured, _measure_markers),
     'paper': 'tactile_perception.published.touchpad_contact_region:PaperDetector',
     'paper_areal': 'tactile_perception.published.areal_sensor_contact_position:PaperArealDetector',

@@ -17,7 +17,7 @@ from .._core.dots import Lattice
 from ..common.dots import GridNumbers
 from ..common.statistics import upper_median
 from ..common.surface import scatter
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from .links import FARTHEST, Linker
 from .pattern import PatternNumbers
 

@@ -3,6 +3,7 @@
 """The parameters of sensors with dots: how dots are found and numbered. All are fixed at start."""
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 from tactile_driver.parameters.table import Parameter
@@ -53,4 +54,7 @@ def detection_parameters(polarity: str = 'any', detection: str = 'auto', numberi
 
 #: Of dot_tracker_node: dots of a sensor that has no model of contact.
 DOT_SENSOR_PARAMETERS = pattern_parameters('dots')
-DOT_PARAMETERS = DOT_SENSOR_PARAMETERS + tuple(one for one in detection_parameters() if one.name != 'input')
+#: Those that may change while the node runs: a new tracker is made, with a new reference.
+TUNED = 'polarity', 'detection', 'mask'
+DOT_PARAMETERS = DOT_SENSOR_PARAMETERS + tuple(
+    replace(one, read_only=one.name not in TUNED) for one in detection_parameters() if one.name != 'input')

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..common.dots import Dots
 from ..common.neighbours import Neighbours
-from ..errors import BadArgument, BadFrame
+from ..core.errors import BadArgument, BadFrame
 from .links import FARTHEST, link_places
 
 FEWEST, MOST = 8, 3000  # dots of a pattern; more take minutes and gigabytes

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..common.neighbours import Neighbours
 from ..common.statistics import upper_median
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from .links import FARTHEST
 
 _CALIBRATED = 10  # untouched frames: weight of calibrated positions where the camera has not moved since: as the usual `frames`
@@ -33,7 +33,7 @@ _STILL = 0.2  # pitches, their largest motion: a pressed dome leans as a whole
 _STAYED = 0.05  # px, median distance from the calibrated positions of a camera that has not moved: the noise is less
 # By the shape of the grid
 _DEGREE = 5  # of the polynomial in row and column: fits a lens and a dome, not a press
-_GRID_PART, _GRID_SIZE = 0.2, 0.01  # as _SHARED_PART; pitches
+_GRID_PART, _GRID_SIZE = 0.3, 0.01  # as _SHARED_PART: irregular prints have up to 0.25, presses from 0.35; pitches
 _GRID_KEPT = 85  # percent
 _VIEW_STEPS, _VIEW_STEP = 8, 0.3  # steps of the fit of the view, and the largest one, in half sizes of the grid
 _SLOPE, _VIEW_RANK = 1e-4, 1e-5  # differences of its numerical derivatives; a view without distortion shows no centre of it

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The sensor type `dots`: a camera over dots of a sensor that has no type of its own."""
-from ..sensor_type import CAMERA_INFO, CAMERA_SOURCES, SensorType
+from ..core.sensor_type import CAMERA_INFO, CAMERA_SOURCES, SensorType
 
 DOTS = SensorType(
     driver='camera_node',

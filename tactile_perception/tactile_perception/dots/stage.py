@@ -12,11 +12,11 @@ from std_msgs.msg import Header
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_msgs.msg import DotTracks as DotTracksMessage
 
-from ..camera_stage import CameraStage, Matrices
+from ..common import messages as convert
+from ..common.camera_stage import CameraStage, Matrices
 from ..common.dots import DotTracks
-from ..errors import BadFrame
-from ..nodes.messages import conversions as convert
-from ..stage import Input
+from ..core.errors import BadFrame
+from ..core.stage import Input
 from .parameters import DOT_PARAMETERS, DOTS
 from .tracker import DotTracker, tracker_options
 
@@ -113,6 +113,15 @@ class DotStage(CameraStage):
 
     def _dots(self, tracks: DotTracks, header: Header, topics: Collection[str]) -> dict[str, list]:
         return {'dots': [convert.tracks_to_message(tracks, header)]} if 'dots' in topics and not self._takes_dots else {}
+
+    def check_change(self, values: Mapping) -> None:
+        """Raise BadArgument for values with which no tracker can be made."""
+        DotTracker(**tracker_options(values, image_only=True))
+
+    def change(self, values: Mapping) -> None:
+        """Make a new tracker, whose first images are its reference."""
+        self.values.update(values)
+        self.reset()
 
     def set_reference(self) -> None:
         """Take the next frame as the untouched state; an estimator that does not exist yet starts with that."""

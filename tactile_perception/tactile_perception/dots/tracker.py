@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from ..common.dots import Dots, DotTracks
-from ..errors import BadArgument, BadFrame
+from ..core.errors import BadArgument, BadFrame
 from .detect import DotDetector
 from .links import Linker
 from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, find_grid, grid_numbering
@@ -55,6 +55,10 @@ class Mask:
         whole = self._depth[row, column] > np.sqrt(dots.area / np.pi)
         return dots.take(whole)
 
+    def outlines(self, shape: tuple[int, int]) -> list[np.ndarray]:
+        """The borders, (N, 2) px each, of what is kept of an image of shape (H, W). Raises BadFrame as `applied`."""
+        return [ring[:, 0] for ring in cv2.findContours(self._drawn(shape), cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)[0]]
+
     def _drawn(self, shape: tuple[int, int]) -> np.ndarray:
         size = f'{shape[1]} x {shape[0]} px'
         if self._picture is None:
@@ -87,23 +91,23 @@ class DotTracker:
     rows and columns that are 0 are those of the first frame's dots where these form a grid; detector: an object with detect(image) -> Dots
     that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to register, the first
     frame's dots by default; as_tracks: a Reference of dots that are reported as tracks while their places on the grid are not certain, None
-    to refuse such frames; mask: what of the image shows the sensor, None for all; places: 3D positions of the dots, an object with
-    locate(image, tracks, stamp_s) -> (N, 3) m in the sensor frame, NaN: unknown, and renew(), which drops what depends on the reference;
-    seam: px, column of an image stitched from two cameras beyond which the right one sees. Raises BadArgument for unknown names and bad
-    sizes.
+    to refuse such frames; mask: what of the image shows the sensor, None for all; positions: 3D positions of the dots, an object with
+    locate(image, tracks, stamp_s) -> (N, 3) m in the sensor frame, NaN: unknown, warning, why there are none, '', and reset(), which drops
+    what depends on the reference; seam: px, column of an image stitched from two cameras beyond which the right one sees. Raises
+    BadArgument for unknown names and bad sizes.
 
     unnumbered: why the dots of the last frame have no numbers, and what would help; ''.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
                  detector=None, reference: Reference | None = None, pattern: np.ndarray | None = None, as_tracks: Reference | None = None,
-                 mask: Mask | None = None, places=None, seam: float | None = None):
+                 mask: Mask | None = None, positions=None, seam: float | None = None):
         if not (rows == columns == 0 or (rows >= 2 and columns >= 2)):
             raise BadArgument(f'rows and columns must both be 0 (no grid) or at least 2, not {rows} and {columns}')
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
-        self._mask, self._places, self._seam = mask, places, seam
+        self._mask, self._positions, self._seam = mask, positions, seam
         self._auto = self._search_grid = numbering == AUTO and not rows
         self._name, self._changed = 'lattice' if numbering == AUTO else numbering, ''
         self._numbering = self._make_numbering(self._name, pattern)
@@ -125,8 +129,8 @@ class DotTracker:
         self.reference.reset()
         if self._track_reference is not None:
             self._track_reference.reset()
-        if self._places is not None:
-            self._places.renew()
+        if self._positions is not None:
+            self._positions.reset()
 
     def _start_again(self, stamp_s: float) -> None:
         """Take a new reference, of dots whose appearance was measured anew."""
@@ -139,14 +143,14 @@ class DotTracker:
             self._numbering = self._make_numbering(self._name, None)
 
     @property
-    def places(self):
-        """What tells the dots' 3D positions, None for nothing."""
-        return self._places
+    def positions(self):
+        """The object that estimates the dots' 3D positions; None without one."""
+        return self._positions
 
     @property
     def warning(self) -> str:
-        """Why the reference may not show the untouched sensor; ''."""
-        return self.reference.warning or self._changed
+        """Why the reference may not show the untouched sensor, or why the last image has no 3D positions; ''."""
+        return self.reference.warning or self._changed or (self._positions.warning if self._positions is not None else '')
 
     @property
     def jumps(self) -> str:
@@ -186,8 +190,8 @@ class DotTracker:
         tracks = self._displaced(dots, track, stamp_s, 0, 0, self._track_reference, touched) if loose else None
         if id is not None:
             tracks = self._displaced(dots, id, stamp_s, self.rows, self.columns, self.reference, touched)
-        if self._places is not None:
-            tracks.xyz = self._places.locate(image, tracks, stamp_s)
+        if self._positions is not None:
+            tracks.xyz = self._positions.locate(image, tracks, stamp_s)
         return tracks
 
     def _shows_both(self, image: np.ndarray) -> bool:

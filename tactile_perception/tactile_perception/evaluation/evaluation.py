@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From pairs of estimate and truth to errors: what is compared, how touches are matched, and the statistics of a recording."""
+"""From pairs of estimate and truth to errors: what is compared, how contacts are matched, and the statistics of a recording."""
 from __future__ import annotations
 
 from collections import Counter, defaultdict
@@ -16,13 +16,13 @@ from .scores import label_f1, macro_f1, normalised_square, region_iou
 
 DOT_STATES = ('untouched', 'sticking', 'slipping')
 SLIP_STATES = ('none', 'incipient', 'gross')
-_WEAK = 0.05  # of the largest force and moment: relative errors of smaller ones mean little
+_MIN_RELATIVE = 0.05  # of the largest force and moment: relative errors of smaller ones mean little
 FLAGS = {'OUT_OF_RANGE': OUT_OF_RANGE, 'AT_EDGE': AT_EDGE, 'AMBIGUOUS': AMBIGUOUS, 'SATURATED': SATURATED}
 
 
 @dataclass
 class Instant:
-    """contacts, region, slip as in the messages; wrench: (6,) N and N m. None without a message."""
+    """The results of one time. contacts, region, slip: as in the messages; wrench: (6,) N and N m. None without a message."""
 
     contacts: list[ContactEstimate] | None = None
     region: ContactRegionEstimate | None = None
@@ -37,10 +37,10 @@ class Instant:
         return None if self.region is None else self.region.area > 0
 
     @property
-    def place(self) -> np.ndarray:
+    def position(self) -> np.ndarray:
         """Position (2,), m, of the first contact, otherwise of the region's centroid; NaN when unknown."""
-        places = [c.position[:2] for c in self.contacts or []] + ([self.region.centroid[:2]] if self.region is not None else [])
-        return next((place for place in places if np.isfinite(place).all()), np.full(2, np.nan))
+        known = [c.position[:2] for c in self.contacts or []] + ([self.region.centroid[:2]] if self.region is not None else [])
+        return next((position for position in known if np.isfinite(position).all()), np.full(2, np.nan))
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,10 @@ class Quantity:
 
 
 QUANTITIES = {
-    'place': Quantity('place of the touch', 'mm', 1e3),
-    'depth': Quantity('depth of the touch', 'mm', 1e3, signed=True),
-    'normal': Quantity('normal of the touched surface', 'degrees', 180 / np.pi),
-    'touch_force': Quantity('normal force of the touch', 'N', 1.0, signed=True),
+    'position': Quantity('position of the contact', 'mm', 1e3),
+    'depth': Quantity('depth of the contact', 'mm', 1e3, signed=True),
+    'normal': Quantity('normal of the contact', 'degrees', 180 / np.pi),
+    'touch_force': Quantity('normal force of the contact', 'N', 1.0, signed=True),
     'region_overlap': Quantity('overlap of the regions (intersection over union)', '1', 1.0, low=False),
     'region_area': Quantity('area of the region', '% of it', 100.0, signed=True),
     'region_centroid': Quantity('centroid of the region', 'mm', 1e3),
@@ -92,37 +92,38 @@ def pairs(estimated: list[ContactEstimate], true: list[ContactEstimate]) -> list
     """Pairs (estimated, true) with the smallest sum of distances in x and y; as many as the shorter list holds."""
     if not estimated or not true:
         return []
-    off = np.array([[np.hypot(*(t.position - r.position)[:2]) for r in true] for t in estimated])
-    return [(estimated[a], true[b]) for a, b in zip(*linear_sum_assignment(np.nan_to_num(off)))]
+    distances = np.array([[np.hypot(*(found.position - known.position)[:2]) for known in true] for found in estimated])
+    return [(estimated[a], true[b]) for a, b in zip(*linear_sum_assignment(np.nan_to_num(distances)))]
 
 
 def touch_errors(estimated: ContactEstimate, true: ContactEstimate) -> dict[str, float]:
     """Errors by quantity, SI units; quantities of unknown truth are left out; NaN for those without an estimate.
 
-    The position error is measured in x and y; in 3D for a touch of unknown depth, because nothing else reports its error along z.
+    The position error is measured in x and y; in 3D for a contact of unknown depth, because nothing else reports its error along z.
     """
-    off = estimated.position - true.position
-    errors = {'place': np.hypot(*off[:2]) if np.isfinite(estimated.depth) or not np.isfinite(off[2]) else np.linalg.norm(off),
+    difference = estimated.position - true.position
+    is_flat = np.isfinite(estimated.depth) or not np.isfinite(difference[2])
+    errors = {'position': np.hypot(*difference[:2]) if is_flat else np.linalg.norm(difference),
               'depth': estimated.depth - true.depth, 'normal': float(error_angle(estimated.normal, true.normal)),
               'touch_force': estimated.force - true.force}
-    known = {'place': true.position[:2], 'depth': true.depth, 'normal': true.normal, 'touch_force': true.force}
+    known = {'position': true.position[:2], 'depth': true.depth, 'normal': true.normal, 'touch_force': true.force}
     return {name: float(error) for name, error in errors.items() if np.isfinite(known[name]).all()}
 
 
 @dataclass
 class TouchCounts:
-    """Counts of detected, missed and false touches, and the consistency of the covariances.
+    """Counts of detected, missed and false contacts, and the consistency of the covariances.
 
-    frames: counts of frames judged, touched, missed (no touch estimated), too_few, too_many, untouched, false (a touch estimated without
-    contact). An estimated touch is false if it was never matched to a true one.
+    frames: counts of frames judged, touched, missed (no contact estimated), too_few, too_many, untouched, false (a contact estimated
+    without a true one). An estimated contact is false if it was never matched to a true one.
     """
 
     frames: Counter = field(default_factory=Counter)
     flagged: Counter = field(default_factory=Counter)
     squares: list[tuple[float, int]] = field(default_factory=list)
     uncertain: int = 0
-    _begun: dict[int, float] = field(default_factory=dict)  # id of each true touch -> stamp of its first frame
-    _numbers: dict[int, list[int]] = field(default_factory=dict)  # the same of those estimated -> ids in their order
+    _begun: dict[int, float] = field(default_factory=dict)  # id of each true contact -> stamp of its first frame
+    _numbers: dict[int, list[int]] = field(default_factory=dict)  # id of each true contact -> ids of the estimates, in their order
     _late: list[float] = field(default_factory=list)
     _estimated: set[int] = field(default_factory=set)
 
@@ -149,7 +150,7 @@ class TouchCounts:
                 self.uncertain += 1
 
     def summary(self) -> dict:
-        """Counts of frames, of touches and of flags, by name."""
+        """Counts of frames, of contacts and of flags, by name."""
         names = ('judged', 'touched', 'missed', 'too_few', 'too_many', 'untouched', 'false')
         late = 1e3 * np.array(self._late) if self._late else np.full(1, np.nan)
         return {'frames': {name: self.frames[name] for name in names},
@@ -160,8 +161,11 @@ class TouchCounts:
                 'flagged': {name: self.flagged[name] for name in FLAGS}}
 
     def consistency(self) -> dict:
-        """Normalised squared position errors per degree of freedom, in the mean (1 for consistent covariances), and the share of touches
-        within the 95 % of the covariance. Only counts without stated covariances."""
+        """Consistency of the stated covariances; only counts without any.
+
+        mean: of the normalised squared position errors per degree of freedom, 1 for consistent covariances; within_95: share of contacts
+        within the 95 % region.
+        """
         if not self.squares:
             return {'count': 0, 'not_stated': self.uncertain}
         square, directions = np.array(self.squares).T
@@ -185,7 +189,7 @@ class Evaluation:
 
     def add(self, stamp: float, estimated: Instant, true: Instant) -> None:
         """Add one frame: estimate and truth; stamp: s."""
-        place, errors = true.place, {}
+        position, errors = true.position, {}
         if true.contacts is not None:
             depths = [contact.depth for contact in true.contacts if np.isfinite(contact.depth)]
             self.context.append((stamp, float(bool(true.contacts)), max(depths, default=np.nan)))
@@ -198,13 +202,13 @@ class Evaluation:
             errors |= self._region_errors(estimated.region, true.region)
         if estimated.slip is not None and true.slip is not None and true.touched is not False:
             errors |= self._slip_errors(estimated, true)
-        self._keep(stamp, place, errors)
+        self._keep(stamp, position, errors)
         if estimated.wrench is not None and true.wrench is not None and true.touched is not False:
-            self._wrenches.append((stamp, place, estimated.wrench, true.wrench))
+            self._wrenches.append((stamp, position, estimated.wrench, true.wrench))
 
-    def _keep(self, stamp: float, place: np.ndarray, errors: dict[str, float]) -> None:
+    def _keep(self, stamp: float, position: np.ndarray, errors: dict[str, float]) -> None:
         for name, error in errors.items():
-            self._rows[name].append((stamp, *place.tolist(), float(error)))
+            self._rows[name].append((stamp, *position.tolist(), float(error)))
 
     def _region_errors(self, estimated: ContactRegionEstimate, true: ContactRegionEstimate) -> dict[str, float]:
         if len(true.dot_id) and len(estimated.dot_id):
@@ -235,14 +239,15 @@ class Evaluation:
         """Rows of the errors of force and moment; relative ones need the largest of the recording."""
         found = defaultdict(list)
         for name, part in (('force', slice(3)), ('moment', slice(3, 6))):
-            rows = [(stamp, place, estimated[part] - true[part], np.linalg.norm(true[part])) for stamp, place, estimated, true
+            rows = [(stamp, position, estimated[part] - true[part], np.linalg.norm(true[part])) for stamp, position, estimated, true
                     in self._wrenches if np.isfinite(true[part]).all()]
             strongest = max((size for *_, size in rows), default=0.0)
-            for stamp, place, off, size in rows:
-                error = np.linalg.norm(off[np.isfinite(off)]) if np.isfinite(off).any() else np.nan  # of the components that are estimated
-                found[name].append((stamp, *place, error))
-                if size > _WEAK * strongest:
-                    found[f'{name}_relative'].append((stamp, *place, error / size))
+            for stamp, position, difference, size in rows:
+                estimated = difference[np.isfinite(difference)]
+                error = np.linalg.norm(estimated) if len(estimated) else np.nan
+                found[name].append((stamp, *position, error))
+                if size > _MIN_RELATIVE * strongest:
+                    found[f'{name}_relative'].append((stamp, *position, error / size))
         return found
 
     def errors(self) -> dict[str, np.ndarray]:

@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The PSD finger: four voltages to a place and a normal on a hemisphere. No ROS here."""
+"""The PSD finger: four voltages become a position and a normal on a hemisphere. No ROS here."""

@@ -14,50 +14,53 @@ import numpy as np
 from .._core import finger
 from ..common.geometry import error_angle
 from ..common.statistics import robust_sigma
-from ..errors import BadCalibration
-from .map import CROSS, MIX, TOTAL, fit_equidistant_map, fit_light_shift, fit_smooth_map, level_basis, log_map, position
+from ..core.errors import BadCalibration
+from .map import CROSS, MIX, TOTAL, centroid, fit_equidistant_map, fit_light_shift, fit_smooth_map, level_basis, log_map
 from .model import LOAD_TERMS, Creep, FingerFit, FingerModel, cross_basis, features
 
-# Presses
-_REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # s, untouched time before a press: its length, gap to the press, gap to the last one. Chosen
-_FEWEST_REST, _FEWEST_LINE = 5, 4  # untouched samples before a press, and presses for a line of the offset. Chosen
-_AROUND_S = 2.0  # s around a press in which untouched samples show its offset. Chosen: drift of a room is straight within it
-_STRAIGHT = 3.0  # mean squared deviation from a straight line, of its noise, up to which the offset drifts evenly. Chosen
-_ONE_PLACE = 0.005  # rad within which normals count as one position. Chosen: 0.3 degrees, under the error of a map
-_LONGEST_S = 0.05  # s, longest segment. Chosen: force changes little within it
-_DARK = 4.0  # standard deviations above the darkest samples within which samples count as untouched. Chosen
-_BRIGHT = 5.0  # standard deviations of the total, from which light counts as contact. Chosen
+# Untouched samples before a press
+_REST_S, _GAP_S, _RECOVERY_S = 0.6, 0.03, 0.1  # s: their duration, the gap to the press, and the gap to the press before
+_MIN_REST_SAMPLES, _MIN_LINE_RESTS = 5, 4  # samples of one rest, and rests that determine a line of the offset
+_DRIFT_WINDOW_S = 2.0  # s around a press within which the drift of a room is straight
+_MAX_LINE_MISFIT = 3.0  # mean squared deviation from that line over the noise
+_REST_SIGMAS = 4.0  # standard deviations above the darkest samples, up to which samples count as untouched
+# Segments of a press
+_SEGMENT_RAD = 0.005  # spread of the normals of one position: 0.3 degrees, below the error of a map
+_SEGMENT_S = 0.05  # longest segment: force changes little within it
+_CONTACT_SIGMAS = 5.0  # standard deviations of the total, from which light counts as contact
 # Map, light and cross term
-_SAME_PLACE = 0.006  # rad within which presses count as one position. Chosen: a little more than one segment spans (_ONE_PLACE)
-_RADIAL, _SMOOTH = 16, 8  # positions needed for the radial trend, and for a Gaussian process. Chosen: about 3 for each trend coefficient
-_MOST = 250  # positions: bounds the time of the fit, which grows with their cube. Chosen
-_MOST_LOADS = 600  # segments: bounds the memory of the leave-one-out errors. Chosen
-_CROSS_LEAST = 0.1  # part of the cross term's variance that is not noise, at least. Chosen: the noise is known to a tenth
-_CROSS_FEWEST = 12  # segments. Chosen: two for each of the 6 coefficients
-# half widths, see _reach. Chosen: 1.5 spacings of the calibration close its gaps, within fixed bounds.
-_REACH_SPACINGS, _REACH_LEAST, _REACH_MOST = 1.5, 0.02, 0.25
+_SAME_POSITION_RAD = 0.006  # within which presses are at one position: a little more than one segment spans
+_MIN_RADIAL, _MIN_SMOOTH = 16, 8  # positions for the radial trend, and for a Gaussian process: about 3 for each coefficient of the trend
+_MAX_POSITIONS = 250  # bounds the time of the fit, which grows with their cube
+_MAX_LOADS = 600  # segments: bounds the memory of the leave-one-out errors
+_MIN_CROSS_SHARE = 0.1  # of the variance of the cross term, that is not noise: the noise is known to a tenth
+_MIN_CROSS_SEGMENTS = 12  # two for each of the 6 coefficients
+# Range of a calibrated position (_reach), half widths: 1.5 spacings of the calibration close its gaps, within bounds.
+_REACH_SPACINGS, _MIN_REACH, _MAX_REACH = 1.5, 0.02, 0.25
 # Creep of the cover
-_CREEP_FEWEST = 6  # presses. Chosen: their scatter is then known to a third
-_CREEP_SHORTEST_S = 0.06  # s, that a press has to last after its rise. Chosen: twice a rubber's usual time constant
-_TIMES_S = np.geomspace(0.005, 0.12, 49)  # s, time constants tried. Chosen: shorter ones hardly matter, longer need long presses
-_CREEP_CERTAIN = 5.0  # standard errors of the share, from which it is used. Chosen
-# Share of the place that comes late, over that of the light, which grows faster than a patch. Chosen: 0.6 to 1 in simulated covers.
-_PLACE = 0.8
-_CREEP_LARGEST = 0.2  # share. Chosen: a cover that creeps more is no sensor
-_CREEP_HELD = 0.97  # of a press's light, above which it is not being released. Chosen
+_MIN_CREEP_PRESSES = 6  # their scatter is then known to a third
+_MIN_CREEP_S = 0.06  # s that a press has to rest after its rise: twice the usual time constant of rubber
+_CREEP_TIMES_S = np.geomspace(0.005, 0.12, 49)  # time constants tried: shorter ones hardly matter, longer ones need long presses
+_CREEP_SIGMAS = 5.0  # standard errors of the share, from which it is used
+_CREEP_OF_POSITION = 0.8  # late share of the displacement over that of the light; 0.6 to 1 in simulated covers
+_MAX_CREEP = 0.2  # share: a cover that creeps more is no sensor
+_RELEASE_LIGHT = 0.97  # of the light of a press, above which it is not being released
 # Loads, and the light at first contact
-_LOADS_FEWEST = 12  # contacts. Chosen: 1.5 for each of the 8 coefficients
-_LOADS_SPREAD = 1.3  # largest load over the smallest one. Chosen: less does not determine the slope
-_RIDGE = 1e-4  # for each contact; keeps the normal equations definite where all light is alike. Chosen
-_LEVEL_TERMS = {12: 5, 6: 3, 3: 1}  # presses -> coefficients. Chosen: two presses or more for each
-_RISING = 0.35  # of a press's brightest light: a brighter onset was labelled late. Chosen
-_USABLE = 0.6  # part of the onsets that must be labelled in time. Chosen
+_MIN_LOADS = 12  # contacts: 1.5 for each of the 8 coefficients
+_MIN_LOAD_RATIO = 1.3  # largest load over the smallest one, which determines the slope
+_RIDGE = 1e-4  # for each contact; keeps the normal equations definite where all light is alike
+_LEVEL_TERMS = {12: 5, 6: 3, 3: 1}  # presses -> coefficients: two presses or more for each
+_MAX_ONSET = 0.35  # of the brightest light of a press: a brighter onset was labelled late
+_MIN_ONSETS = 0.6  # part of the onsets that must be labelled in time
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Samples (N,) with ground truth. volts: (N, 4); touching: (N,) bool; normal: (N, 3), force: (N,) N, depth: (N,) m, NaN where unknown;
-    times: (N,) s, None for multiples of period_s; name: for messages."""
+    """Samples (N,) with ground truth.
+
+    volts: (N, 4); touching: (N,) bool; normal: (N, 3), force: (N,) N, depth: (N,) m, NaN where unknown; times: (N,) s, None for multiples
+    of period_s; name: for messages.
+    """
 
     volts: np.ndarray
     period_s: float
@@ -91,7 +94,7 @@ class Segments:
 
 @dataclass(frozen=True)
 class Onsets:
-    """One for each press. sums: (N, 4) mean of its segments; level: (N,) V, light as contact begins; brightest: (N,) V."""
+    """Begin of contact of each press. sums: (N, 4) mean of its segments; level: (N,) V, light at the onset; brightest: (N,) V."""
 
     sums: np.ndarray
     level: np.ndarray
@@ -100,8 +103,11 @@ class Onsets:
 
 @dataclass(frozen=True)
 class Presses:
-    """Presses of all recordings; noise: (4, 4) covariance of the untouched sums, V^2; room: (4,) V, their mean outputs; left_out: one note
-    per press that was skipped; lights: (s between samples, (N,) V light) of each press, from the sample before it."""
+    """Presses of all recordings.
+
+    noise: (4, 4) covariance of the untouched sums, V^2; room: (4,) V, their mean outputs; left_out: one note per press that was skipped;
+    lights: (s between samples, (N,) V light) of each press, from the sample before it.
+    """
 
     segments: Segments
     onsets: Onsets
@@ -121,22 +127,22 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
         for k, (begin, end) in enumerate(runs):
             offset = _offset(recording, runs, untouched, k)
             if offset is None:
-                left_out.append(f'press in {recording.when(begin)}: no untouched samples before it')
+                left_out.append(f'press in {recording.when(begin)}: no untouched samples before it; lift for a third of a second')
                 continue
             sums = (recording.volts - offset)[max(begin - 1, 0):end] @ MIX
             segments = _segments(recording, sums[-(end - begin):], begin, end, saturation)
             if not segments:
-                left_out.append(f'press in {recording.when(begin)}: no light, or saturated')
+                left_out.append(f'press in {recording.when(begin)}: no light, or every sample is saturated')
                 continue
             rows += segments
             light = np.mean([row[0] for row in segments], axis=0)
             onsets.append((light, sums[:2, TOTAL].mean() if begin else np.nan, sums[:, TOTAL].max()))
             lights.append((recording.period_s, sums[:, TOTAL]))
-        known = [rest for rest in untouched if len(rest) >= _FEWEST_REST]
+        known = [rest for rest in untouched if len(rest) >= _MIN_REST_SAMPLES]
         rests += [(rest - rest.mean(0)) @ MIX for rest in known]
         rooms += [rest.mean(0) for rest in known]
     if not any(recording.touching.any() for recording in recordings):
-        raise BadCalibration('no usable press: the ground truth holds no contact')
+        raise BadCalibration('no usable press: the ground truth holds no contact; record ground_truth/contacts beside the voltages')
     if not rests:
         raise BadCalibration('no untouched samples before the presses: begin each recording, and each press, with nothing touching')
     if not rows:
@@ -153,180 +159,191 @@ def runs_of(touching: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _offset(recording: Recording, runs: list[tuple[int, int]], untouched: list[np.ndarray], press: int) -> np.ndarray | None:
-    """Untouched outputs (4,), V, at a press: a line through the means of the untouched samples before the presses around, if they drift
-    evenly, else the mean before it; None where nothing precedes it."""
-    known = [k for k, rest in enumerate(untouched) if len(rest) >= _FEWEST_REST]
+    """Untouched outputs (4,), V, at a press.
+
+    A line through the means of the untouched samples before the presses nearby, if they drift evenly, else the mean before this press; None
+    where nothing precedes it.
+    """
+    known = [k for k, rest in enumerate(untouched) if len(rest) >= _MIN_REST_SAMPLES]
     if not known or known[0] > press:
         return None
     own = untouched[max(k for k in known if k <= press)].mean(0)
     times = np.array([runs[k][0] - runs[press][0] for k in known]) * recording.period_s
-    near = [(t, untouched[k]) for t, k in zip(times, known) if abs(t) < _AROUND_S]
-    if len(near) < _FEWEST_LINE:
+    near = [(t, untouched[k]) for t, k in zip(times, known) if abs(t) < _DRIFT_WINDOW_S]
+    if len(near) < _MIN_LINE_RESTS:
         return own
     count = np.array([len(rest) for _, rest in near])
     means = np.array([rest.mean(0) for _, rest in near])
     noise = np.mean([rest.var(0) for _, rest in near])
     basis = np.column_stack([np.ones(len(near)), [t for t, _ in near]])
     line = np.linalg.lstsq(basis * np.sqrt(count)[:, None], means * np.sqrt(count)[:, None], rcond=None)[0]
-    off = (count[:, None] * (means - basis @ line) ** 2).sum() / (means.size - line.size)
-    return line[0] if off < _STRAIGHT * noise else own
+    misfit = (count[:, None] * (means - basis @ line) ** 2).sum() / (means.size - line.size)
+    return line[0] if misfit < _MAX_LINE_MISFIT * noise else own
 
 
 def _rest_before(recording: Recording, begin: int) -> np.ndarray:
-    """The darkest finite samples (N, 4) between the last press and this one. A stage reports contact once it stands still, so the object
-    may touch earlier than labelled."""
-    long, clear, after = (int(seconds / recording.period_s) for seconds in (_REST_S, _CLEAR_S, _AFTER_S))
+    """The darkest finite samples (N, 4) between the last press and this one.
+
+    A stage reports contact once it stands still, so the object may touch earlier than labelled.
+    """
+    rest_length, gap, recovery = (int(seconds / recording.period_s) for seconds in (_REST_S, _GAP_S, _RECOVERY_S))
     before = np.flatnonzero(recording.touching[:begin])
-    first = max(begin - long, before[-1] + 1 + after if len(before) else 0)
-    rest = recording.volts[first:max(begin - clear, first)]
+    first = max(begin - rest_length, before[-1] + 1 + recovery if len(before) else 0)
+    rest = recording.volts[first:max(begin - gap, first)]
     rest = rest[np.isfinite(rest).all(1)]
-    if len(rest) < _FEWEST_REST:
+    if len(rest) < _MIN_REST_SAMPLES:
         return rest
     total = rest.sum(1)
     noise = 1.05 * np.median(np.abs(np.diff(total)))  # standard deviation from sample to sample: 1.4826 / sqrt(2) times the median
-    return rest[total <= np.percentile(total, 20) + _DARK * noise]
+    return rest[total <= np.percentile(total, 20) + _REST_SIGMAS * noise]
 
 
 def _segments(recording: Recording, sums: np.ndarray, begin: int, end: int, saturation: float) -> list[tuple]:
     """Rows of Segments of one press."""
     volts, normal = recording.volts[begin:end], recording.normal[begin:end]
-    floor = _BRIGHT * max(np.std(np.diff(sums[:, TOTAL])) / np.sqrt(2), 1e-9)
+    floor = _CONTACT_SIGMAS * max(np.std(np.diff(sums[:, TOTAL])) / np.sqrt(2), 1e-9)
     with np.errstate(invalid='ignore'):
-        good = (volts < saturation).all(1) & np.isfinite(normal).all(1) & np.isfinite(sums).all(1) & (sums[:, TOTAL] > 0)
-    good &= sums[:, TOTAL] > min(floor, 0.5 * np.nanmax(sums[:, TOTAL]))
-    longest = max(int(_LONGEST_S / recording.period_s), 1)
-    rows, place = [], np.flatnonzero(good)
-    while len(place):
-        near = np.linalg.norm(normal[place] - normal[place[0]], axis=1) < _ONE_PLACE
-        chosen = place[:longest][np.logical_and.accumulate(near[:longest])]
-        rows.append(_row(recording, sums, chosen, begin))
-        place = place[len(chosen):]
+        is_usable = (volts < saturation).all(1) & np.isfinite(normal).all(1) & np.isfinite(sums).all(1) & (sums[:, TOTAL] > 0)
+    is_usable &= sums[:, TOTAL] > min(floor, 0.5 * np.nanmax(sums[:, TOTAL]))
+    longest = max(int(_SEGMENT_S / recording.period_s), 1)
+    rows, remaining = [], np.flatnonzero(is_usable)
+    while len(remaining):
+        is_near = np.linalg.norm(normal[remaining] - normal[remaining[0]], axis=1) < _SEGMENT_RAD
+        samples = remaining[:longest][np.logical_and.accumulate(is_near[:longest])]
+        rows.append(_row(recording, sums, samples, begin))
+        remaining = remaining[len(samples):]
     return rows
 
 
-def _row(recording: Recording, sums: np.ndarray, chosen: np.ndarray, begin: int) -> tuple:
-    mean = recording.normal[begin + chosen].mean(0)
-    return (sums[chosen].mean(0), len(chosen), mean / np.linalg.norm(mean), recording.force[begin + chosen].mean(),
-            recording.depth[begin + chosen].mean(), recording.when(begin + int(chosen[0])))
+def _row(recording: Recording, sums: np.ndarray, samples: np.ndarray, begin: int) -> tuple:
+    mean = recording.normal[begin + samples].mean(0)
+    return (sums[samples].mean(0), len(samples), mean / np.linalg.norm(mean), recording.force[begin + samples].mean(),
+            recording.depth[begin + samples].mean(), recording.when(begin + int(samples[0])))
 
 
 def fit_finger(presses: Presses) -> FingerFit:
     """The model fitted to presses. Raises BadCalibration without a usable press."""
     segments, onsets = presses.segments, presses.onsets
-    place, normal, noise, light, when = _places(segments, presses.noise)
-    paper, notes = fit_equidistant_map(place, normal)
+    spot, normal, noise, light, when = _positions(segments, presses.noise)
+    paper, notes = fit_equidistant_map(spot, normal)
 
     def determined(without: tuple, effect: str, fit: Callable[..., tuple], *given) -> tuple:
-        """What fit(*given) finds; where the presses do not determine it, what holds without, with a note on the effect."""
+        """The result of fit(*given); `without`, and a note on the effect, where the presses do not determine it."""
         try:
             return fit(*given)
         except BadCalibration as error:
             notes.append(f'{effect}: {error}')
             return without
-    paper_errors = error_angle(paper.normals(place), normal)
-    smooth, shift, errors, more = _smooth(place, normal, noise * paper.beta, light, paper_errors)
+    paper_errors = error_angle(paper.normals(spot), normal)
+    smooth, shift, errors, more = _smooth(spot, normal, noise * paper.beta, light, paper_errors)
     notes += more
     sigma = float(np.sqrt(presses.noise[TOTAL, TOTAL]))
     level, limits = determined((None, FingerModel.level_limits), 'contact is detected by the noise threshold alone', fit_touch_level,
-                               position(onsets.sums), onsets.level, onsets.brightest, sigma)
+                               centroid(onsets.sums), onsets.level, onsets.brightest, sigma)
     force, force_error = determined((None, np.nan), 'force is not estimated', fit_load, *_loads(segments, segments.force))
     depth, depth_error = determined((None, np.nan), 'depth is not estimated', fit_load, *_loads(segments, segments.depth))
     cross, cross_volts = _cross(segments, presses.noise[CROSS, CROSS])
     creep = fit_creep(presses.lights)
-    notes += [] if creep else ['creep of the cover: the presses do not show it; a contact that slides is reported behind the object']
-    model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, limits, cross,
+    notes += [] if creep else ['creep of the cover: no press rests long enough to show it; a sliding contact is reported behind the object']
+    model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(spot), level, limits, cross,
                         cross_volts, force, depth, presses.room, creep)
     theta, bright = np.linalg.norm(log_map(normal), axis=1), segments.sums[:, TOTAL]
-    residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
+    residuals = {'positions': len(spot), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
                  'paper_mean': float(paper_errors.mean()), 'paper_largest': float(paper_errors.max()),
                  'force_relative': force_error, 'depth_relative': depth_error}
     span = {name: [float(values.min()), float(values.max())] for name, values in (('theta', theta), ('light', bright))}
-    return FingerFit(model, len(place), errors, paper_errors, residuals, span, notes, normal, when)
+    return FingerFit(model, len(spot), errors, paper_errors, residuals, span, notes, normal, when)
 
 
-def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Detector positions (N, 2), normals (N, 3), standard deviations (N,), half widths, light (N,), V, and times (N,); near presses are
-    averaged."""
+def _positions(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Spots (N, 2), normals (N, 3), standard deviations (N,), half widths, light (N,), V, and times (N,) of the calibrated positions.
+
+    Presses at the same position are averaged.
+    """
     free = np.ones(len(segments.normal), bool)
     found = []
     while free.any():
         first = np.flatnonzero(free)[0]
-        same = free & (error_angle(segments.normal, segments.normal[first]) < _SAME_PLACE)
+        same = free & (error_angle(segments.normal, segments.normal[first]) < _SAME_POSITION_RAD)
         weight = segments.count[same]
         sums = np.average(segments.sums[same], axis=0, weights=weight)[None]
-        place = position(sums)
+        spot = centroid(sums)
         normal = np.average(segments.normal[same], axis=0, weights=weight)
-        covariance = finger.centroid_covariance(place[0], float(sums[0, TOTAL]), noise) / weight.sum()
-        found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)),
+        covariance = finger.centroid_covariance(spot[0], float(sums[0, TOTAL]), noise) / weight.sum()
+        found.append((spot[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)),
                       sums[0, TOTAL], segments.when[first]))
         free &= ~same
-    chosen = np.unique(np.linspace(0, len(found) - 1, min(len(found), _MOST)).round().astype(int))
-    return tuple(np.array(part) for part in zip(*(found[k] for k in chosen)))
+    used = np.unique(np.linspace(0, len(found) - 1, min(len(found), _MAX_POSITIONS)).round().astype(int))
+    return tuple(np.array(part) for part in zip(*(found[k] for k in used)))
 
 
-def _smooth(place, normal, noise, light, paper_errors):
-    """(SmoothMap, LightShift, leave-one-out errors (N,), notes); None in place of the map where the equidistant one predicts as well, and
-    in place of the shift where the light shows nothing."""
-    count = len(place)
-    if count < _SMOOTH or np.linalg.matrix_rank(place - place.mean(0), tol=0.05) < 2:
+def _smooth(spot, normal, noise, light, paper_errors):
+    """(SmoothMap, LightShift, leave-one-out errors (N,), notes).
+
+    The map is None where the equidistant one predicts as well, the shift where the presses do not show one.
+    """
+    count = len(spot)
+    if count < _MIN_SMOOTH or np.linalg.matrix_rank(spot - spot.mean(0), tol=0.05) < 2:
         return None, None, paper_errors, [f'{count} positions: too few for a map of the distortion; using offset and scale of the paper']
-    terms = 5 if count >= _RADIAL else 3
-    smooth, shift, errors = _with_shift(place, log_map(normal), noise, light, terms)
+    terms = 5 if count >= _MIN_RADIAL else 3
+    smooth, shift, errors = _with_shift(spot, log_map(normal), noise, light, terms)
     if errors.mean() > paper_errors.mean():
         return None, None, paper_errors, [
             f'{count} positions: a map of the distortion predicts no better than offset and scale of the paper']
-    notes = [] if terms == 5 else [f'{count} positions: affine trend; {_RADIAL} allow a radial one']
+    notes = [] if terms == 5 else [f'{count} positions: affine trend; {_MIN_RADIAL} allow a radial one']
     return smooth, shift, errors, notes
 
 
-def _with_shift(place, values, noise, light, terms):
-    """(SmoothMap, LightShift or None, leave-one-out errors (N,)): the shift stays if it lowers the criterion of Akaike."""
-    smooth, left_out = fit_smooth_map(place, values, noise, terms)
-    shift = fit_light_shift(place, values, light, smooth)
-    better, left = fit_smooth_map(place, values - shift.values(place, light), noise, terms)
-    if left_out.size * np.log((left**2).sum() / (left_out**2).sum()) + 2 * shift.slopes.size < 0:
-        return better, shift, np.linalg.norm(left, axis=1)
+def _with_shift(spot, values, noise, light, terms):
+    """(SmoothMap, LightShift or None, leave-one-out errors (N,)): the shift is used if it lowers Akaike's criterion."""
+    smooth, left_out = fit_smooth_map(spot, values, noise, terms)
+    shift = fit_light_shift(spot, values, light, smooth)
+    shifted, residuals = fit_smooth_map(spot, values - shift.values(spot, light), noise, terms)
+    if left_out.size * np.log((residuals**2).sum() / (left_out**2).sum()) + 2 * shift.slopes.size < 0:
+        return shifted, shift, np.linalg.norm(residuals, axis=1)
     return smooth, None, np.linalg.norm(left_out, axis=1)
 
 
-def _reach(place: np.ndarray) -> float:
-    """Half widths within which a calibrated position covers its surroundings: 1.5 times the median distance to the third neighbour."""
-    if len(place) < 4:
-        return _REACH_MOST
-    distance = np.sort(np.linalg.norm(place[:, None] - place[None], axis=-1), axis=1)
-    return float(np.clip(_REACH_SPACINGS * np.median(distance[:, 3]), _REACH_LEAST, _REACH_MOST))
+def _reach(spot: np.ndarray) -> float:
+    """Half widths within which a calibrated spot covers its surroundings: 1.5 times the median distance to the third neighbour."""
+    if len(spot) < 4:
+        return _MAX_REACH
+    distance = np.sort(np.linalg.norm(spot[:, None] - spot[None], axis=-1), axis=1)
+    return float(np.clip(_REACH_SPACINGS * np.median(distance[:, 3]), _MIN_REACH, _MAX_REACH))
 
 
 def _cross(segments: Segments, noise: float) -> tuple[np.ndarray | None, float]:
-    """Coefficients of the cross term over the total, and the standard deviation, V, of the cross term about them beyond that of samples of
-    variance noise, V^2."""
-    if len(segments.count) < _CROSS_FEWEST:
+    """Coefficients of the cross term over the total, and the standard deviation, V, of the cross term about them.
+
+    The standard deviation is without that of the samples, whose variance is noise, V^2.
+    """
+    if len(segments.count) < _MIN_CROSS_SEGMENTS:
         return None, 0.0
     total = segments.sums[:, TOTAL]
-    basis = cross_basis(position(segments.sums))
+    basis = cross_basis(centroid(segments.sums))
     weight = total * np.sqrt(segments.count)
     found = segments.sums[:, CROSS] / total
     fitted = np.linalg.lstsq(basis * weight[:, None], found * weight, rcond=None)[0]
     whole, part = robust_sigma((found - basis @ fitted) * total) ** 2, float(np.median(noise / segments.count))
-    return fitted, float(np.sqrt(max(whole - part, _CROSS_LEAST * whole)))
+    return fitted, float(np.sqrt(max(whole - part, _MIN_CROSS_SHARE * whole)))
 
 
 def _loads(segments: Segments, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Positions (N, 2), light (N,), V, and loads of some of the segments with known loads (M,)."""
+    """Spots (N, 2), light (N,), V, and loads of some of the segments with known loads (M,)."""
     usable = np.flatnonzero(np.isfinite(known) & (known > 0))
-    usable = usable[np.unique(np.linspace(0, max(len(usable) - 1, 0), min(len(usable), _MOST_LOADS)).round().astype(int))]
-    return position(segments.sums[usable]), segments.sums[usable, TOTAL], known[usable]
+    usable = usable[np.unique(np.linspace(0, max(len(usable) - 1, 0), min(len(usable), _MAX_LOADS)).round().astype(int))]
+    return centroid(segments.sums[usable]), segments.sums[usable, TOTAL], known[usable]
 
 
-def fit_load(place: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
-    """Coefficients (8,) for known loads (N,), N or m, at positions (N, 2) with light (N,), V, and the median leave-one-out relative error.
+def fit_load(spot: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
+    """Coefficients (8,) for known loads (N,), N or m, at spots (N, 2) with light (N,), V, and the median leave-one-out relative error.
 
-    Raises BadCalibration for loads that are too few, too much alike or not positive.
+    Raises BadCalibration for loads that are too few, too similar or not positive.
     """
-    if len(known) < _LOADS_FEWEST or not (known > 0).all() or known.max() < _LOADS_SPREAD * known.min():
+    if len(known) < _MIN_LOADS or not (known > 0).all() or known.max() < _MIN_LOAD_RATIO * known.min():
         raise BadCalibration(f'{len(known)} contacts with known loads from {known.min(initial=np.inf):.3g} to {known.max(initial=0):.3g}; '
-                             f'{_LOADS_FEWEST} are needed, the largest {_LOADS_SPREAD} times the smallest')
-    basis = features(place, light)
+                             f'{_MIN_LOADS} are needed, the largest {_MIN_LOAD_RATIO} times the smallest')
+    basis = features(spot, light)
     scale = _RIDGE * len(basis) * np.eye(LOAD_TERMS)
     scale[0, 0] = 0.0
     hat = basis @ np.linalg.solve(basis.T @ basis + scale, basis.T)
@@ -335,23 +352,23 @@ def fit_load(place: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[n
     return fitted, float(np.median(np.abs(np.expm1(error))))
 
 
-def fit_touch_level(place: np.ndarray, level: np.ndarray, brightest: np.ndarray, noise: float) -> tuple[np.ndarray, tuple]:
+def fit_touch_level(spot: np.ndarray, level: np.ndarray, brightest: np.ndarray, noise: float) -> tuple[np.ndarray, tuple]:
     """Coefficients (terms,) of the light at first contact; its 5th and 95th percentile, V, and the largest distance from the centre.
 
-    level: (N,) V, light at each press's onset at position (N, 2); brightest: (N,) V, of each press; noise: V, of the total. Raises
+    level: (N,) V, light at each press's onset at spot (N, 2); brightest: (N,) V, of each press; noise: V, of the total. Raises
     BadCalibration where onsets were labelled too late or too early.
     """
-    usable = (level > noise) & (level < _RISING * brightest)
-    if usable.sum() < max(3, _USABLE * len(level)):
+    usable = (level > noise) & (level < _MAX_ONSET * brightest)
+    if usable.sum() < max(3, _MIN_ONSETS * len(level)):
         raise BadCalibration(f'light at the onset: only {usable.sum()} of {len(level)} presses are labelled in time')
-    terms = next(t for fewest, t in _LEVEL_TERMS.items() if usable.sum() >= fewest)
-    basis = level_basis(place[usable], terms)
+    terms = next(terms for presses, terms in _LEVEL_TERMS.items() if usable.sum() >= presses)
+    basis = level_basis(spot[usable], terms)
     fitted = np.linalg.lstsq(basis, level[usable], rcond=None)[0]
-    rest = level[usable] - basis @ fitted
-    if np.std(rest) > max(2 * noise, 0.5 * np.median(level[usable])):
-        raise BadCalibration(f'light at the onsets differs by {np.std(rest):.3f} V from press to press')
+    residual = level[usable] - basis @ fitted
+    if np.std(residual) > max(2 * noise, 0.5 * np.median(level[usable])):
+        raise BadCalibration(f'light at the onsets differs by {np.std(residual):.3f} V from press to press')
     low, high = np.percentile(level[usable], [5, 95]).tolist()
-    return fitted, (low, high, float(np.hypot(*place[usable].T).max()) + 1e-6)
+    return fitted, (low, high, float(np.hypot(*spot[usable].T).max()) + 1e-6)
 
 
 def fit_creep(lights: list[tuple[float, np.ndarray]]) -> Creep | None:
@@ -360,43 +377,45 @@ def fit_creep(lights: list[tuple[float, np.ndarray]]) -> Creep | None:
     lights: (s between samples, (N,) V light from before the press to its end) of each press.
     """
     held = [found for period, light in lights if (found := _held(period, light)) is not None]
-    if len(held) < _CREEP_FEWEST:
+    if len(held) < _MIN_CREEP_PRESSES:
         return None
-    fits = [_best_share(held, seconds) for seconds in _TIMES_S]
-    best = int(np.argmin([left for _, _, left in fits]))
+    fits = [_best_share(held, seconds) for seconds in _CREEP_TIMES_S]
+    best = int(np.argmin([residual for _, _, residual in fits]))
     share, error, _ = fits[best]
-    if not (0 < best < len(fits) - 1 and _CREEP_CERTAIN * error < share < _CREEP_LARGEST):
+    if not (0 < best < len(fits) - 1 and _CREEP_SIGMAS * error < share < _MAX_CREEP):
         return None
-    return Creep(_PLACE * float(share), float(_TIMES_S[best]))
+    return Creep(_CREEP_OF_POSITION * float(share), float(_CREEP_TIMES_S[best]))
 
 
 def _held(period: float, light: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Times (N,), s, since the middle of a press's rise, and its light (N,) over its mean, while it rests; None where that is too short."""
     light = light[np.isfinite(light)]
-    if len(light) * period < _CREEP_SHORTEST_S:
+    if len(light) * period < _MIN_CREEP_S:
         return None
     level = float(np.median(light[len(light) // 2:]))
     if not level > 0:
         return None
     low, middle, high = (int(np.argmax(light > part * level)) for part in (0.1, 0.5, 0.9))
     begin = middle + max(high - low, 2)
-    end = len(light) if light[-1] > _CREEP_HELD * level else int(np.flatnonzero(light > _CREEP_HELD * level)[-1]) - (high - low)
-    if (end - begin) * period < _CREEP_SHORTEST_S:
+    end = len(light) if light[-1] > _RELEASE_LIGHT * level else int(np.flatnonzero(light > _RELEASE_LIGHT * level)[-1]) - (high - low)
+    if (end - begin) * period < _MIN_CREEP_S:
         return None
     return period * (np.arange(begin, end) - middle), light[begin:end] / light[begin:end].mean()
 
 
 def _best_share(held: list[tuple[np.ndarray, np.ndarray]], seconds: float) -> tuple[float, float, float]:
-    """Share of the light that comes late, its standard error by the scatter of the presses, and the sum of squares that is left, with a
-    time constant; each press has its own level."""
-    shares, weights, left = np.zeros(len(held)), np.zeros(len(held)), 0.0
+    """Late share of the light with a time constant, its standard error by the scatter of the presses, and the residual sum of squares.
+
+    Each press has its own level.
+    """
+    shares, weights, residual = np.zeros(len(held)), np.zeros(len(held)), 0.0
     for k, (times, light) in enumerate(held):
         late = np.exp(-times / seconds)
         late -= late.mean()
         weights[k] = late @ late
         shares[k] = -(late @ light) / weights[k]
-        left += float((light - light.mean()) @ (light - light.mean()))
+        residual += float((light - light.mean()) @ (light - light.mean()))
     share = float(np.average(shares, weights=weights))
-    left -= share * float(weights @ shares)
+    residual -= share * float(weights @ shares)
     scatter = np.average((shares - share) ** 2, weights=weights)
-    return share, float(np.sqrt(scatter / (len(held) - 1))), left
+    return share, float(np.sqrt(scatter / (len(held) - 1))), residual

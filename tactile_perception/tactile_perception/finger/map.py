@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadCalibration
+from ..core.errors import BadCalibration
 
 
 def direction(phi: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -40,8 +40,8 @@ MIX = np.array([[-1.0, -1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, 1.0, 
 X, Y, TOTAL, CROSS = range(4)
 
 
-def position(sums: np.ndarray) -> np.ndarray:
-    """Centroids (N, 2) of the light on the detector from sums (N, 4) = net voltages @ MIX (eq 1 without its offset).
+def centroid(sums: np.ndarray) -> np.ndarray:
+    """Centroids (N, 2) of the light on the detector, its spots, from sums (N, 4) = net voltages @ MIX (eq 1 without its offset).
 
     In half widths L_d / 2 of the detector, -1 to 1; NaN where the total is not positive.
     """
@@ -50,7 +50,7 @@ def position(sums: np.ndarray) -> np.ndarray:
         return np.where(total > 0, sums[:, :TOTAL] / total, np.nan)
 
 
-#: rad per half width, used without calibration. Derived: the rim of the hemisphere (90 degrees) is imaged to the detector's edge.
+#: rad per half width, used without calibration: the rim of the hemisphere (90 degrees) is imaged to the edge of the detector.
 NOMINAL_BETA = np.pi / 2
 
 
@@ -61,33 +61,33 @@ class EquidistantMap:
     offset: np.ndarray
     beta: float
 
-    def normals(self, place: np.ndarray) -> np.ndarray:
-        """Unit normals (N, 3) at detector positions (N, 2), half widths (eqs 3, 4, 7)."""
-        return exp_map(self.beta * (place - self.offset))
+    def normals(self, spot: np.ndarray) -> np.ndarray:
+        """Unit normals (N, 3) at spots (N, 2), half widths (eqs 3, 4, 7)."""
+        return exp_map(self.beta * (spot - self.offset))
 
 
-CELLS = 128  # along each axis. Measured: interpolation then adds under 0.02 degrees to a normal (a test holds it)
+CELLS = 128  # along each axis: interpolation adds less than 0.02 degrees to a normal (a test holds it)
 
 
 def tabulated(evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """Table (nodes, nodes, channels) of evaluate(places (N, 2)) -> (N, channels) on a grid of nodes over the square from -1 to 1, rows
+    """Table (nodes, nodes, channels) of evaluate(spots (N, 2)) -> (N, channels) on a grid of nodes over the square from -1 to 1, rows
     along y: what the kernels interpolate bilinearly (src/finger/detector.hpp)."""
     line = np.linspace(-1, 1, CELLS + 1)
     return evaluate(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)).reshape(CELLS + 1, CELLS + 1, -1).astype(float).copy()
 
 
-# Grid of hyperparameters that the likelihood chooses from. Chosen: from the spacing of a dense calibration to the detector's half width,
-# from a tenth of a degree to the distortion of the paper's finger (6 degrees, fig 8).
+# Grid of hyperparameters that the likelihood selects from: lengths from the spacing of a dense calibration to the half width of the
+# detector, amplitudes from a tenth of a degree to the distortion of the paper's finger (6 degrees, fig 8).
 _LENGTHS = (0.15, 0.25, 0.4, 0.65, 1.0)  # half widths
 _AMPLITUDES = (0.003, 0.01, 0.03, 0.1)  # rad
-_EXTRA = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: errors of positions and labels beside the noise of the light
+_LABEL_SIGMAS = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: errors of positions and labels beside the noise of the light
 
 
-def trend(place: np.ndarray, terms: int) -> np.ndarray:
-    """Basis (N, terms) at positions (N, 2): 3 terms are affine, 5 add radial distortion of third order."""
-    x, y = place.T
+def trend(spot: np.ndarray, terms: int) -> np.ndarray:
+    """Basis (N, terms) at spots (N, 2): 3 terms are affine, 5 add radial distortion of third order."""
+    x, y = spot.T
     square = x * x + y * y
-    return np.column_stack([np.ones(len(place)), x, y, x * square, y * square])[:, :terms]
+    return np.column_stack([np.ones(len(spot)), x, y, x * square, y * square])[:, :terms]
 
 
 def _kernel(a: np.ndarray, b: np.ndarray, length: float) -> np.ndarray:
@@ -98,11 +98,12 @@ def _kernel(a: np.ndarray, b: np.ndarray, length: float) -> np.ndarray:
 class SmoothMap:
     """Gaussian process (squared exponential kernel) with a polynomial trend.
 
-    place: (N, 2) half widths, training positions; slopes: (terms, 2) of the trend; weights: (N, 2) of the kernels; length: half widths, of
-    the kernel; amplitude: rad, its standard deviation; extra: rad, of the labels; noise: (N,) rad, of each position by the light's noise.
+    spot: (N, 2) half widths, training points; slopes: (terms, 2) of the trend; weights: (N, 2) of the kernels; length: half widths, of the
+    kernel; amplitude: rad, its standard deviation; extra: rad, standard deviation of the labels; noise: (N,) rad, effect of the light's
+    noise at each point.
     """
 
-    place: np.ndarray
+    spot: np.ndarray
     slopes: np.ndarray
     weights: np.ndarray
     length: float
@@ -110,33 +111,33 @@ class SmoothMap:
     extra: float
     noise: np.ndarray
 
-    def values(self, place: np.ndarray) -> np.ndarray:
-        """Predicted values (M, 2), rad, at positions (M, 2)."""
-        return trend(place, len(self.slopes)) @ self.slopes + self.amplitude**2 * _kernel(place, self.place, self.length) @ self.weights
+    def values(self, spot: np.ndarray) -> np.ndarray:
+        """Predicted values (M, 2), rad, at spots (M, 2)."""
+        return trend(spot, len(self.slopes)) @ self.slopes + self.amplitude**2 * _kernel(spot, self.spot, self.length) @ self.weights
 
-    def deviation(self, place: np.ndarray) -> np.ndarray:
-        """Standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light."""
+    def deviation(self, spot: np.ndarray) -> np.ndarray:
+        """Standard deviation (M,), rad, of either value at spots (M, 2), without the noise of the light."""
         inverse, basis, normal = self._process()
-        cross = self.amplitude**2 * _kernel(place, self.place, self.length)
+        cross = self.amplitude**2 * _kernel(spot, self.spot, self.length)
         explained = (cross @ inverse * cross).sum(1)
-        free = trend(place, len(self.slopes)) - cross @ (inverse @ basis)
+        free = trend(spot, len(self.slopes)) - cross @ (inverse @ basis)
         variance = self.amplitude**2 - explained + ((free @ np.linalg.pinv(normal)) * free).sum(1)
         return np.sqrt(np.maximum(variance, 0.0) + self.extra**2)
 
     def precision(self) -> np.ndarray:
-        """Inverse covariance (N, N), rad^-2, of either value at the training positions, with the trend projected out."""
+        """Inverse covariance (N, N), rad^-2, of either value at the training points, with the trend projected out."""
         return _without_trend(*self._process())
 
     def _process(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return _process(self.place, self.noise, len(self.slopes), (self.length, self.amplitude, self.extra))
+        return _process(self.spot, self.noise, len(self.slopes), (self.length, self.amplitude, self.extra))
 
 
-def _process(place: np.ndarray, noise: np.ndarray, terms: int,
+def _process(spot: np.ndarray, noise: np.ndarray, terms: int,
              hyper: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Inverse covariance (N, N) of values at positions (N, 2), basis (N, terms) of their trend, and (terms, terms) of its least squares;
+    """Inverse covariance (N, N) of values at spots (N, 2), basis (N, terms) of their trend, and (terms, terms) of its least squares;
     hyper: length, amplitude, extra."""
     length, amplitude, extra = hyper
-    inverse, basis = np.linalg.inv(amplitude**2 * _kernel(place, place, length) + np.diag(noise**2 + extra**2)), trend(place, terms)
+    inverse, basis = np.linalg.inv(amplitude**2 * _kernel(spot, spot, length) + np.diag(noise**2 + extra**2)), trend(spot, terms)
     return inverse, basis, basis.T @ inverse @ basis
 
 
@@ -145,9 +146,9 @@ def _without_trend(inverse: np.ndarray, basis: np.ndarray, normal: np.ndarray) -
     return inverse - inverse @ basis @ np.linalg.solve(normal, basis.T @ inverse)
 
 
-def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, hyper: tuple[float, float, float]):
+def _solved(spot: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, hyper: tuple[float, float, float]):
     """(log restricted likelihood, slopes, weights, leave-one-out residuals (N, 2)) for hyper (see _process)."""
-    inverse, basis, normal = _process(place, noise, terms, hyper)
+    inverse, basis, normal = _process(spot, noise, terms, hyper)
     slopes = np.linalg.solve(normal, basis.T @ inverse @ values)
     weights = inverse @ (values - basis @ slopes)
     # Leave-one-out residuals in closed form: weights over the diagonal of the precision with the trend projected out.
@@ -156,87 +157,87 @@ def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int
     return 0.5 * (evidence - ((values - basis @ slopes) * weights).sum()), slopes, weights, left_out
 
 
-def fit_smooth_map(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int = 5) -> tuple[SmoothMap, np.ndarray]:
-    """The map from positions (N, 2), half widths, to values (N, 2), rad, and its leave-one-out residuals (N, 2), rad.
+def fit_smooth_map(spot: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int = 5) -> tuple[SmoothMap, np.ndarray]:
+    """The map from spots (N, 2), half widths, to values (N, 2), rad, and its leave-one-out residuals (N, 2), rad.
 
-    noise: (N,) rad, of each position; terms: of the trend. Hyperparameters maximise the restricted likelihood over a grid.
+    noise: (N,) rad, of each spot; terms: of the trend. Hyperparameters maximise the restricted likelihood over a grid.
     """
-    choices = itertools.product(_LENGTHS, _AMPLITUDES, _EXTRA)
-    best = max(choices, key=lambda hyper: _solved(place, values, noise, terms, hyper)[0])
-    _, slopes, weights, left_out = _solved(place, values, noise, terms, best)
-    return SmoothMap(place, slopes, weights, *best, noise), left_out
+    choices = itertools.product(_LENGTHS, _AMPLITUDES, _LABEL_SIGMAS)
+    best = max(choices, key=lambda hyper: _solved(spot, values, noise, terms, hyper)[0])
+    _, slopes, weights, left_out = _solved(spot, values, noise, terms, best)
+    return SmoothMap(spot, slopes, weights, *best, noise), left_out
 
 
-def level_basis(place: np.ndarray, terms: int) -> np.ndarray:
-    """Basis (N, terms) of the light at first contact at positions (N, 2)."""
-    x, y = place.T
+def level_basis(spot: np.ndarray, terms: int) -> np.ndarray:
+    """Basis (N, terms) of the light at first contact at spots (N, 2)."""
+    x, y = spot.T
     square = x * x + y * y
-    return np.column_stack([np.ones(len(place)), square, square * square, x, y])[:, :terms]
+    return np.column_stack([np.ones(len(spot)), square, square * square, x, y])[:, :terms]
 
 
-# How a contact's place on the detector moves with its light: the patch of a stronger contact is larger and reaches farther to either side.
-# More light arrives from the side of the pole than from that of the rim, so the centroid moves to the pole as the light grows.
+# The patch of a stronger contact is larger and reaches farther to either side. More light arrives from the side of the pole than from that
+# of the rim, so the spot moves towards the pole as the light grows.
 _LIGHT_TERMS = 5  # of the logarithm of the typical light
-_LARGEST = 1.0  # relative light that is corrected for at most: a calibration with a few forces shows no more. Chosen
-_LARGEST_LOG = 20.0  # keeps the exponential finite far from calibrated places
+_MAX_RELATIVE = 1.0  # relative light up to which the shift is corrected: a calibration with a few forces shows no more
+_MAX_LOG = 20.0  # keeps the exponential finite far from calibrated spots
 
 
 @dataclass(frozen=True)
 class LightShift:
-    """typical: (5,) coefficients of the logarithm of the light, V, of a typical contact at a position; slopes: (4, 2), rad for a contact of
+    """typical: (5,) coefficients of the logarithm of the light, V, of a typical contact at a spot; slopes: (4, 2), rad for a contact of
     twice that light, of the four terms that grow with the distance from the detector's centre."""
 
     typical: np.ndarray
     slopes: np.ndarray
 
-    def light(self, place: np.ndarray) -> np.ndarray:
-        """Light (N,), V, of a typical contact at positions (N, 2), half widths."""
-        return np.exp(np.clip(level_basis(place, _LIGHT_TERMS) @ self.typical, -_LARGEST_LOG, _LARGEST_LOG))
+    def light(self, spot: np.ndarray) -> np.ndarray:
+        """Light (N,), V, of a typical contact at spots (N, 2), half widths."""
+        return np.exp(np.clip(level_basis(spot, _LIGHT_TERMS) @ self.typical, -_MAX_LOG, _MAX_LOG))
 
-    def relative(self, place: np.ndarray, light: np.ndarray) -> np.ndarray:
-        """Light (N,), V, over the typical one, less 1 and at most 1 in size."""
-        return np.clip(light / self.light(place) - 1, -_LARGEST, _LARGEST)
+    def relative(self, spot: np.ndarray, light: np.ndarray) -> np.ndarray:
+        """Light (N,), V, over the typical one, minus 1, clipped to -1 to 1."""
+        return np.clip(light / self.light(spot) - 1, -_MAX_RELATIVE, _MAX_RELATIVE)
 
-    def bend(self, place: np.ndarray) -> np.ndarray:
+    def bend(self, spot: np.ndarray) -> np.ndarray:
         """What a contact of twice the typical light adds to the map, (N, 2) rad."""
-        return trend(place, 5)[:, 1:] @ self.slopes
+        return trend(spot, 5)[:, 1:] @ self.slopes
 
-    def values(self, place: np.ndarray, light: np.ndarray) -> np.ndarray:
-        """What contacts at positions (N, 2), half widths, with light (N,), V, add to the map, (N, 2) rad."""
-        return self.relative(place, light)[:, None] * self.bend(place)
+    def values(self, spot: np.ndarray, light: np.ndarray) -> np.ndarray:
+        """What contacts at spots (N, 2), half widths, with light (N,), V, add to the map, (N, 2) rad."""
+        return self.relative(spot, light)[:, None] * self.bend(spot)
 
 
-def fit_light_shift(place: np.ndarray, values: np.ndarray, light: np.ndarray, smooth: SmoothMap) -> LightShift:
-    """The shift that remains of values (N, 2), rad, at positions (N, 2) with light (N,), V, beside a map of the positions: generalised
-    least squares with the covariance of that map."""
-    typical = np.linalg.lstsq(level_basis(place, _LIGHT_TERMS), np.log(light), rcond=None)[0]
+def fit_light_shift(spot: np.ndarray, values: np.ndarray, light: np.ndarray, smooth: SmoothMap) -> LightShift:
+    """The shift with the light (N,), V, that a map of the spots (N, 2) alone leaves in values (N, 2), rad: generalised least squares with
+    the covariance of that map."""
+    typical = np.linalg.lstsq(level_basis(spot, _LIGHT_TERMS), np.log(light), rcond=None)[0]
     found = LightShift(typical, np.zeros((4, 2)))
-    basis = found.relative(place, light)[:, None] * trend(place, 5)[:, 1:]
+    basis = found.relative(spot, light)[:, None] * trend(spot, 5)[:, 1:]
     weight = smooth.precision()
     return LightShift(typical, np.linalg.lstsq(basis.T @ weight @ basis, basis.T @ weight @ values, rcond=None)[0])
 
 
-_POLE_RADIUS = 0.05  # rad: contacts within it count as at the pole. Chosen: 0.8 mm on the surface of the paper's finger
+_POLE_RADIUS = 0.05  # rad within which a contact counts as at the pole: 0.8 mm on the surface of the paper's finger
 _MIN_DISTANCE = 1e-6  # half widths, mean distance from the pole: guards the division of eq 5
 
 
-def fit_equidistant_map(place: np.ndarray, normal: np.ndarray) -> tuple[EquidistantMap, list[str]]:
-    """The map fitted to contacts at detector positions (N, 2), half widths, with known normals (N, 3), and notes on what was assumed.
+def fit_equidistant_map(spot: np.ndarray, normal: np.ndarray) -> tuple[EquidistantMap, list[str]]:
+    """The map fitted to contacts at spots (N, 2), half widths, with known normals (N, 3), and notes on what was assumed.
 
     Contacts at the pole give the offset (eq 2), all others the scale: eq 5, averaged with the distances as weights. Raises BadCalibration
-    without contacts, for non-finite values, and where all positions coincide.
+    without contacts, for non-finite values, and where all spots coincide.
     """
-    if not len(place):
+    if not len(spot):
         raise BadCalibration('no contact at a known position: press the finger at its pole and at one more known position')
-    if not (np.isfinite(place).all() and np.isfinite(normal).all()):
+    if not (np.isfinite(spot).all() and np.isfinite(normal).all()):
         raise BadCalibration('a contact\'s position or normal is not finite: leave it out of the recording')
     theta = np.linalg.norm(log_map(normal), axis=1)
     pole, others = theta <= _POLE_RADIUS, theta > _POLE_RADIUS
     notes = []
     if pole.any():
-        offset = place[pole].mean(axis=0)
-    elif len(place) > 2:
-        offset = _extrapolated_offset(place, log_map(normal))
+        offset = spot[pole].mean(axis=0)
+    elif len(spot) > 2:
+        offset = _extrapolated_offset(spot, log_map(normal))
         notes.append('no contact at the pole: the offset is extrapolated from the others')
     else:
         offset = np.zeros(2)
@@ -244,13 +245,13 @@ def fit_equidistant_map(place: np.ndarray, normal: np.ndarray) -> tuple[Equidist
     if not others.any():
         notes.append(f'no contact away from the pole: the scale is the nominal {NOMINAL_BETA:.3f} rad per half width')
         return EquidistantMap(offset, NOMINAL_BETA), notes
-    away = float(np.linalg.norm(place[others] - offset, axis=1).sum())
-    if not _MIN_DISTANCE * others.sum() < away < np.inf:
+    distance = float(np.linalg.norm(spot[others] - offset, axis=1).sum())
+    if not _MIN_DISTANCE * others.sum() < distance < np.inf:
         raise BadCalibration('contacts away from the pole have the detector position of the pole: check that light reaches the detector')
-    return EquidistantMap(offset, float(theta[others].sum()) / away), notes
+    return EquidistantMap(offset, float(theta[others].sum()) / distance), notes
 
 
-def _extrapolated_offset(place: np.ndarray, plane: np.ndarray) -> np.ndarray:
-    """(2,) position of the pole by a linear fit of positions to tangent vectors."""
+def _extrapolated_offset(spot: np.ndarray, plane: np.ndarray) -> np.ndarray:
+    """(2,) spot of the pole by a linear fit of spots to tangent vectors."""
     basis = np.column_stack([plane, np.ones(len(plane))])
-    return np.linalg.lstsq(basis, place, rcond=None)[0][2]
+    return np.linalg.lstsq(basis, spot, rcond=None)[0][2]

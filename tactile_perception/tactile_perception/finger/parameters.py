@@ -10,14 +10,25 @@ from tactile_driver.parameters.table import Parameter
 from tactile_driver.plugins import PluginTable
 
 from .._core import finger
-from ..errors import by_name
+from ..core.errors import by_name
 from .model import FingerModel
 
 PsdFinger, FingerSettings = finger.PsdFinger, finger.FingerSettings
 
 
 def finger_settings(values: Mapping) -> dict:
-    """FingerSettings of values of PSD_PARAMETERS, by name."""
+    """Make the settings of a finger from the parameters of its node.
+
+    Parameters
+    ----------
+    values : Mapping
+        Values of PSD_PARAMETERS.
+
+    Returns
+    -------
+    dict
+        Arguments of FingerSettings.
+    """
     return {'radius': values['radius'], 'saturation': values['saturation'], 'reference_seconds': values['reference.seconds'],
             'fastest_drift': values['reference.fastest_drift'], 'each_sample': values['results'] == 'sample'}
 
@@ -51,5 +62,22 @@ PSD_PARAMETERS = PSD_SENSOR_PARAMETERS + (
 
 
 def make_finger(model: FingerModel, values: Mapping) -> PsdFinger:
-    """A finger of the method that values, of PSD_PARAMETERS, name. Raises BadArgument for an unknown one."""
+    """Make a finger that turns batches of voltages into contacts.
+
+    Parameters
+    ----------
+    model : FingerModel
+        Calibrated model.
+    values : Mapping
+        Values of PSD_PARAMETERS; ``method`` names the method.
+
+    Returns
+    -------
+    PsdFinger
+
+    Raises
+    ------
+    BadArgument
+        If the method is unknown; the message lists the known ones.
+    """
     return by_name(PSD_METHODS, values['method'], 'method')(model, values)

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The sensor type `psd_finger`."""
-from ..sensor_type import SensorType
+from ..core.sensor_type import SensorType
 
 PSD_FINGER = SensorType(
     driver='psd_node',

@@ -11,27 +11,46 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
 
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_msgs.msg import Contacts, PsdVoltages
 
-from ..errors import BadFrame
-from ..nodes.messages import conversions as convert
-from ..stage import Input, Stage
+from ..common import messages as convert
+from ..core.errors import BadFrame
+from ..core.stage import Input, Stage
 from .model import FingerModel, read_psd
 from .parameters import PSD_PARAMETERS, make_finger
 
 _NS = 1_000_000_000
-_SHORTEST_S, _LONGEST_S = 1e-7, 1.0  # between samples: chosen; faster than any converter, slower than a press lasts
-_LONGEST_BLOCK_S = 3600.0  # chosen: a longer one has no valid sample_period
-_HIGHEST_V = 1e6  # beyond every converter: chosen
-_LAST_S = 2**31 - 1  # largest second of a stamp, an int32
+_MIN_PERIOD_S, _MAX_PERIOD_S = 1e-7, 1.0  # between samples: faster than any converter, longer than a press
+_MAX_BLOCK_S = 3600.0  # a longer block has no valid sample_period
+_MAX_V = 1e6  # beyond every converter
+_MAX_STAMP_S = 2**31 - 1  # seconds of a stamp are an int32
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
 
 
 class FingerStage(Stage):
-    """voltages -> contacts. finger: the PsdFinger that it runs. Raises BadArgument for an unknown method, BadCalibration for a bad file."""
+    """The stage of the PSD finger: voltages in, contacts out.
+
+    Parameters
+    ----------
+    values : Mapping
+        Values of PSD_PARAMETERS.
+
+    Attributes
+    ----------
+    finger : PsdFinger
+        The finger that it runs.
+
+    Raises
+    ------
+    BadArgument
+        If the method is unknown.
+    BadCalibration
+        If the calibration file cannot be used.
+    """
 
     node, parameters, outputs = 'psd_contact_node', PSD_PARAMETERS, {'contacts': Contacts}
-    input = Input('voltages', PsdVoltages, depth=200)  # a second of blocks: no sample may be lost; chosen
+    input = Input('voltages', PsdVoltages, depth=200)  # a second of blocks: no sample may be lost
 
     def __init__(self, values: Mapping):
         super().__init__(values)
@@ -49,20 +68,51 @@ class FingerStage(Stage):
 
     @staticmethod
     def check(message: PsdVoltages) -> None:
-        """Raise BadFrame for incomplete samples, impossible voltages, an invalid period, and stamps that would overflow."""
+        """Check a message before it is processed.
+
+        Parameters
+        ----------
+        message : PsdVoltages
+            Block of samples.
+
+        Raises
+        ------
+        BadFrame
+            If samples are incomplete, a voltage is impossible, the period is invalid, or stamps would overflow.
+        """
         count, period_s = len(message.voltages), message.sample_period
         if count % 4 or not count:
             raise BadFrame(f'{count} voltages; a sample has four: the driver must publish whole samples')
-        if not (_SHORTEST_S <= period_s <= _LONGEST_S or (math.isnan(period_s) and count == 4)):
-            raise BadFrame(f'sample_period is {period_s} s; it must be from {_SHORTEST_S:g} to {_LONGEST_S:g} '
+        if not (_MIN_PERIOD_S <= period_s <= _MAX_PERIOD_S or (math.isnan(period_s) and count == 4)):
+            raise BadFrame(f'sample_period is {period_s} s; it must be from {_MIN_PERIOD_S:g} to {_MAX_PERIOD_S:g} '
                            '(NaN only for a single sample)')
-        if np.count_nonzero(np.abs(np.frombuffer(message.voltages, np.float32)) > _HIGHEST_V):
-            raise BadFrame(f'a voltage is beyond {_HIGHEST_V:g} V; publish NaN for a sample that is not known')
-        if message.header.stamp.sec + count * _LONGEST_S > _LAST_S:
+        if np.count_nonzero(np.abs(np.frombuffer(message.voltages, np.float32)) > _MAX_V):
+            raise BadFrame(f'a voltage is beyond {_MAX_V:g} V; publish NaN for an unknown sample')
+        if message.header.stamp.sec + count * _MAX_PERIOD_S > _MAX_STAMP_S:
             raise BadFrame(f'stamp {message.header.stamp.sec} s is near the largest stamp; the publisher must stamp with a clock')
 
     def estimate(self, message: PsdVoltages, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
-        """Contacts of one block: at its own stamp, and at those of the samples where a contact begins or ends."""
+        """Contacts of one block: at its own stamp, and at those of the samples where a contact begins or ends.
+
+        Parameters
+        ----------
+        message : PsdVoltages
+            Block of samples that passed `check`.
+        stamp_s : float
+            Stamp of its first sample in s.
+        topics : collection of str
+            Ignored: there is one output.
+
+        Returns
+        -------
+        dict
+            ``contacts`` to a list of Contacts.
+
+        Raises
+        ------
+        BadFrame
+            If a single sample has no period.
+        """
         period_s = message.sample_period
         found = self.finger.estimate(np.frombuffer(message.voltages, np.float32).reshape(-1, 4), stamp_s, period_s)
         if found.needs_period:
@@ -72,20 +122,51 @@ class FingerStage(Stage):
                              for one in found.estimates]}
 
     def health(self) -> tuple[str, dict]:
-        """Warns of outputs that are stuck."""
+        """Warning about outputs that are stuck, and values for /diagnostics.
+
+        Returns
+        -------
+        warning : str
+            Empty if all is well.
+        values : dict
+            State of the reference, and noise of the sum in V.
+        """
         stuck = [name for name, dead in zip(_OUTPUTS, self.finger.stuck) if dead]
         warning = f'output {", ".join(stuck)} is stuck; check its amplifier and cable' if stuck else ''
         return warning, {'reference': 'in order' if self.finger.ready else 'being taken', 'noise of the sum (V)': self.finger.sigma}
 
     def covered_ns(self, message: PsdVoltages) -> int:
-        """Duration of a block, ns; 0 where sample_period is not valid."""
+        """Duration of a block.
+
+        Parameters
+        ----------
+        message : PsdVoltages
+            Block of samples.
+
+        Returns
+        -------
+        int
+            In ns; 0 where sample_period is not valid.
+        """
         seconds = len(message.voltages) / 4 * message.sample_period
-        return round(seconds * _NS) if 0 < seconds < _LONGEST_BLOCK_S else 0
+        return round(seconds * _NS) if 0 < seconds < _MAX_BLOCK_S else 0
 
 
 def later(header: Header, seconds: float) -> Header:
-    """The header with a stamp later by seconds."""
+    """Make a header with a later stamp.
+
+    Parameters
+    ----------
+    header : Header
+        Header of a block.
+    seconds : float
+        Time to add in s.
+
+    Returns
+    -------
+    Header
+    """
     if not seconds:
         return header
-    stamp = convert.stamp_ns_of(header) + round(seconds * _NS)
+    stamp = stamp_ns_of(header) + round(seconds * _NS)
     return Header(frame_id=header.frame_id, stamp=Time(sec=stamp // _NS, nanosec=stamp % _NS))

@@ -20,19 +20,19 @@ from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.truth import Touch
 
 from ..bags.stamped import TRUTH, VOLTAGES, find_prefix
-from ..calibration.files.format import Specimen
-from ..calibration.residuals import Residuals, write_and_report
 from ..common.progress import progress
-from ..errors import BadCalibration, BadRecording
-from ..nodes.messages import conversions as convert
-from ..parameters.file import read_parameters
+from ..common.residuals import Residuals, write_and_report
+from ..core.calibration_file import Specimen
+from ..core.errors import BadCalibration, BadRecording
+from ..core.messages import stamp_seconds
+from ..core.parameter_files import read_parameters
 from .calibration import FingerFit, Recording, find_presses, fit_finger, runs_of
 from .map import direction, log_map
 from .model import psd_file
 from .parameters import PSD_PARAMETERS
 
-_LONGEST_S = 0.25  # chosen: the latest ground truth holds at most this long
-_EARLY_S = 1e-6  # chosen: tolerance of the comparison of stamps
+_TRUTH_AGE_S = 0.25  # age up to which the latest ground truth is valid
+_STAMP_TOLERANCE_S = 1e-6
 
 
 def read_recording(bag: Path, namespace: str) -> Recording:
@@ -41,13 +41,13 @@ def read_recording(bag: Path, namespace: str) -> Recording:
     with BagReader(bag) as reader:
         prefix = find_prefix(reader.topics, namespace, 'voltages', VOLTAGES)
         if prefix + TRUTH not in reader.topics:
-            raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs the positions of the presses')
+            raise BadCalibration(f'{bag}: there is no topic {prefix}{TRUTH}; record the positions of the presses on it')
         for raw in progress(reader.messages({prefix + 'voltages', prefix + TRUTH}), f'messages of {bag.name}'):
             message = decode(raw.data, raw.type_name)
-            (blocks if raw.topic == prefix + 'voltages' else truths).append((convert.stamp_seconds(message.header), message))
+            (blocks if raw.topic == prefix + 'voltages' else truths).append((stamp_seconds(message.header), message))
     volts, times, period = _samples(blocks, bag)
     if not truths:
-        raise BadCalibration(f'{bag}: nothing on {prefix}{TRUTH}: calibration needs the positions of the presses')
+        raise BadCalibration(f'{bag}: the topic {prefix}{TRUTH} is empty; record the positions of the presses on it')
     return _with_truth(volts, times, period, sorted(truths, key=lambda pair: pair[0]), bag.name)
 
 
@@ -68,8 +68,8 @@ def _with_truth(volts: np.ndarray, times: np.ndarray, period: float, truths: lis
     """The samples with known contact state; samples with several contacts have no position."""
     rows = np.array([_reported(message.contacts) for _, message in truths])
     stamps = np.array([stamp for stamp, _ in truths])
-    last = np.searchsorted(stamps, times + _EARLY_S, side='right') - 1
-    known = (last >= 0) & (times - stamps[np.maximum(last, 0)] <= _LONGEST_S)
+    last = np.searchsorted(stamps, times + _STAMP_TOLERANCE_S, side='right') - 1
+    known = (last >= 0) & (times - stamps[np.maximum(last, 0)] <= _TRUTH_AGE_S)
     latest = rows[last[known]]
     return Recording(volts[known], period, latest[:, 0] > 0, latest[:, 1:4], latest[:, 4], latest[:, 5], times[known], name)
 
@@ -78,9 +78,9 @@ def _reported(contacts: list) -> tuple[float, ...]:
     """Number of contacts, and normal, force and depth of a single one; NaN for none or several."""
     if len(contacts) != 1:
         return len(contacts), *[np.nan] * 5
-    places = (np.array([part.x, part.y, part.z]) for part in (contacts[0].position, contacts[0].normal))
-    known = next((place / np.linalg.norm(place) for place in places if np.linalg.norm(place) > 0), np.full(3, np.nan))
-    return 1, *known, contacts[0].force, contacts[0].depth
+    vectors = (np.array([part.x, part.y, part.z]) for part in (contacts[0].position, contacts[0].normal))
+    normal = next((vector / np.linalg.norm(vector) for vector in vectors if np.linalg.norm(vector) > 0), np.full(3, np.nan))
+    return 1, *normal, contacts[0].force, contacts[0].depth
 
 
 def read_radius(params: Path) -> float:
@@ -89,10 +89,7 @@ def read_radius(params: Path) -> float:
 
 
 def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
-    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
-
-    Raises TactileError for recordings that cannot determine the model.
-    """
+    """Fit the model, write the calibration file and the plot of its residuals, and return a report. See `SensorType.calibrate`."""
     values = read_parameters(params, 'psd_contact_node', PSD_PARAMETERS)
     presses = find_presses([read_recording(bag, namespace) for bag in bags], values['saturation'])
     fit = fit_finger(presses)
@@ -106,22 +103,22 @@ def report(fit: FingerFit) -> list[str]:
     def angle(errors: np.ndarray) -> str:
         return f'{np.degrees(errors.mean()):.2f} degrees mean, {np.degrees(errors.max()):.2f} degrees largest'
     low, high = np.degrees(fit.span['theta'])
-    lines = [f'{fit.places} places, {low:.0f} to {high:.0f} degrees from the pole']
+    lines = [f'{fit.positions} positions, {low:.0f} to {high:.0f} degrees from the pole']
     if fit.model.smooth is not None:
         lines.append(f'cross-validation error of the map: {angle(fit.errors)}')
-    lines.append(f"error of the paper's offset and factor at the places that they were fitted to: {angle(fit.paper_errors)}")
+    lines.append(f"error of the paper's offset and factor at the positions that they were fitted to: {angle(fit.paper_errors)}")
     for name in ('force', 'depth'):
         if getattr(fit.model, name) is not None:
             lines.append(f'{name}, cross-validation error over held-out segments: {fit.residuals[name + "_relative"]:.1%} median')
     creep = fit.model.creep
     if creep is not None:
-        lines.append(f'creep of the cover: {creep.share:.1%} of a place comes late, within {creep.seconds * 1e3:.0f} ms')
+        lines.append(f'creep of the cover: {creep.share:.1%} of a displacement comes late, within {creep.seconds * 1e3:.0f} ms')
     return lines
 
 
 _BLOCK_S = 0.005  # duration of one message, the default of psd_node
 _CONTACT = 2  # value of phase in truth.npz
-_FIRST_S = 1.0  # chosen: much of ROS takes a stamp of zero for an unknown time
+_FIRST_S = 1.0  # much of ROS takes a stamp of zero for an unknown time
 
 
 class PsdRecording:

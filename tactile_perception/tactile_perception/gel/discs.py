@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadFrame
+from ..core.errors import BadFrame
 from .layer import DiscLoads, Layer
 
 MIN_DOTS = 6  # three parameters of a press and three of a shear

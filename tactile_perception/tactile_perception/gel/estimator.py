@@ -14,7 +14,7 @@ from ..common.estimates import AT_EDGE, NONE, ContactEstimate, ContactRegionEsti
 from ..common.statistics import robust_sigma
 from ..common.surface import Moments, axes
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints, dot_points
-from ..errors import BadArgument, BadFrame
+from ..core.errors import BadArgument, BadFrame
 from .discs import MIN_DOTS, MODEL_ERROR, Disc
 from .undeformed import UndeformedDots, layer_of
 

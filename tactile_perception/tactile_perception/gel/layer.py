@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 
 _MAX_DISTANCE_THICKNESSES = 8.0  # beyond, a load on a bonded layer moves nothing: displacements decay as exp(-pi/2 r/h) or faster
 # Numerics: halved or doubled, no displacement changes by more than 0.1 % of the largest (_RADIUS_RATIO: 0.5 %)

@@ -16,11 +16,11 @@ from functools import partial
 import cv2
 import numpy as np
 
-from ..calibration.files.format import AGAIN, fitted_arrays
 from ..common.dots import DotTracks
 from ..common.estimates import OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.surface_points import NON_CONTACT, STICKING, dot_points
-from ..errors import BadCalibration
+from ..core.calibration_file import AGAIN, fitted_arrays
+from ..core.errors import BadCalibration
 from .estimator import UP, DotNoise, GelResult, known_dots
 from .undeformed import spacing_of
 
@@ -160,12 +160,12 @@ def fit_pins(undeformed: np.ndarray, displacements: np.ndarray, position: np.nda
     BadCalibration
         For too few positions, or collinear ones.
     """
-    places, press = np.unique(np.round(position[:, :2], 4), axis=0, return_inverse=True)
+    pressed, press = np.unique(np.round(position[:, :2], 4), axis=0, return_inverse=True)
     press = press.ravel()
-    if len(places) < _MIN_POSITIONS or np.linalg.matrix_rank(places - places.mean(axis=0), 1e-4) < 2:
-        raise BadCalibration(f'{len(places)} positions were pressed; record {_MIN_POSITIONS} or more that are not collinear')
+    if len(pressed) < _MIN_POSITIONS or np.linalg.matrix_rank(pressed - pressed.mean(axis=0), 1e-4) < 2:
+        raise BadCalibration(f'{len(pressed)} positions were pressed; record {_MIN_POSITIONS} or more that are not collinear')
     goal = np.column_stack([depth[:, None] * position[:, :2], depth])
-    groups = press % min(len(places), 10)  # ten parts, each of whole positions
+    groups = press % min(len(pressed), 10)  # ten parts, each of whole positions
     reported, unexplained = np.empty((len(_RIDGES), *goal.shape)), np.empty(len(goal))
     for group in np.unique(groups):
         out = groups == group

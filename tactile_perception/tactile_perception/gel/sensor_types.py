@@ -3,7 +3,7 @@
 """The sensor types `gel`, an elastic layer with dots above a camera, and `pins`, a dome of pins above a camera."""
 from functools import partial
 
-from ..sensor_type import CAMERA_INFO, CAMERA_SOURCES, SensorType
+from ..core.sensor_type import CAMERA_INFO, CAMERA_SOURCES, SensorType
 
 _CAMERA = partial(SensorType, driver='camera_node', rviz='touchpad', sources=CAMERA_SOURCES, arguments=CAMERA_INFO)
 

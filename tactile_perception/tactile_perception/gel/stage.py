@@ -8,13 +8,13 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from std_msgs.msg import Header
 
-from ..calibration.files.format import AGAIN, fitted_arrays, read_calibration
-from ..camera_stage import Matrices
+from ..common import messages as convert
+from ..common.camera_stage import Matrices
 from ..common.dots import DotTracks
+from ..core.calibration_file import AGAIN, fitted_arrays, read_calibration
+from ..core.errors import BadCalibration
 from ..dots.stage import DotStage
 from ..dots.tracker import DotTracker
-from ..errors import BadCalibration
-from ..nodes.messages import conversions as convert
 from .estimator import GelEstimator
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR, PinEstimator, PinModel

@@ -17,13 +17,13 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
 from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
-from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
-from ..calibration.residuals import Residuals, write_and_report
 from ..common.progress import progress
+from ..common.residuals import Residuals, write_and_report
+from ..core.calibration_file import CalibrationFile, Specimen, write_calibration
+from ..core.errors import BadCalibration, BadFrame
+from ..core.messages import stamp_seconds
+from ..core.parameter_files import read_parameters
 from ..dots.tracker import make_tracker
-from ..errors import BadCalibration, BadFrame
-from ..nodes.messages import conversions as convert
-from ..parameters.file import read_parameters
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR as PINS, fit_pins, smoothed
 from .stage import GEL, GelStage
@@ -49,12 +49,8 @@ def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: s
     ----------
     bags : list of Path
         Recordings. Each begins with the untouched gel.
-    params : Path
-        Parameter file of the gel.
-    output : Path
-        Calibration file to write.
-    namespace, serial : str
-        Namespace of the sensor in the recordings, and serial number of the device.
+    params, output, namespace, serial
+        See `SensorType.calibrate`.
     weight : float, optional
         Force in N that presses in each recording; None: the recordings contain `ground_truth/wrench`.
 
@@ -145,12 +141,8 @@ def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str 
     ----------
     bags : list of Path
         Recordings with `ground_truth/contacts`. Each begins with untouched pins.
-    params : Path
-        Parameter file of the pins.
-    output : Path
-        Calibration file to write; the plot of the residuals is written beside it.
-    namespace, serial : str
-        Namespace of the sensor in the recordings, and serial number of the device.
+    params, output, namespace, serial
+        See `SensorType.calibrate`.
 
     Returns
     -------
@@ -169,7 +161,7 @@ def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str 
         for name, found in pairs_of(bag, namespace, ('image_raw', TRUTH), lambda message: None):
             contacts = found[TRUTH].contacts
             try:
-                tracks = tracker.process(image_to_array(found['image_raw']), convert.stamp_seconds(found['image_raw'].header))
+                tracks = tracker.process(image_to_array(found['image_raw']), stamp_seconds(found['image_raw'].header))
             except BadFrame as error:
                 left_out.append(f'{name}: {error}')
                 continue

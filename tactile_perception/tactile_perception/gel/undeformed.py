@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..common.dots import DotTracks
-from ..errors import BadFrame
+from ..core.errors import BadFrame
 from .discs import Disc, DiscFit
 from .layer import Layer
 

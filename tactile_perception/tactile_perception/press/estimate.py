@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The estimate of one press, the interface of methods, and the choice of what explains a marker field: one press straight in, one that is
-dragged, or two; one rule for sheets and domes.
+"""The estimate of one press, the interface of methods, and the selection of the hypothesis that explains a marker field.
 
-The evidence of a hypothesis is its likelihood at the best fit, less half the log number of values for each number that was fitted (Schwarz
-1978), plus its log prior. Displacements are not as exact as noise and the model's known error say where tips, frictions and paths are
-others than in calibration: the scale of the errors is unknown, so that the likelihood of n values with a residual chi-square q per value is
-q^(-n/2). Model errors are smooth: neighbouring markers err alike, and n is smaller than the number of markers.
+The hypotheses are one straight press, one dragged press, and two presses; sheets and domes share the rule. The evidence of a hypothesis is
+its log likelihood at the best fit, minus half the log number of values for each fitted number (Schwarz 1978), plus its log prior. With
+other tips, frictions and paths than in calibration, displacements deviate more than noise and known model error predict. The scale of the
+errors is therefore unknown, and the likelihood of n values with a residual chi-square q per value is q^(-n/2). Model errors are smooth, so
+that neighbouring markers have similar errors, and n is smaller than the number of markers.
 """
 from __future__ import annotations
 
@@ -26,13 +26,27 @@ __all__ = ['AMBIGUOUS', 'AT_EDGE', 'OUT_OF_RANGE', 'Choice', 'Evidence', 'TouchE
 
 @dataclass(frozen=True)
 class TouchEstimate:
-    """One touch.
+    """Estimate of one contact.
 
-    position: (3,) m, sensor frame, of the object's lowest point (z = -depth on a sheet), of each of two the centre of its contact; depth:
-    m, distance along z by which the object would have to be lifted to just touch the undeformed surface; covariance: (3, 3) m^2 of
-    position; depth_sigma: m, standard deviation of depth; radius: m of the object's tip, NaN where the method does not estimate it;
-    flags: OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; wrench: (6,) of the object on the sensor at the sensor frame's origin over the stiffness of the
-    skin, m and m^2, NaN where the method does not estimate it; lowest: (3,) m, of the object's lowest point, None where it is position.
+    Attributes
+    ----------
+    position : ndarray, shape (3,)
+        Lowest point of the object in m in the sensor frame (z = -depth on a sheet); of two presses, the centre of each contact.
+    depth : float
+        Distance in m along z by which the object would have to be lifted to just touch the undeformed surface.
+    covariance : ndarray, shape (3, 3)
+        Covariance of position in m^2.
+    depth_sigma : float
+        Standard deviation of depth in m.
+    radius : float
+        Radius of the object's tip in m; NaN if the method does not estimate it.
+    flags : int
+        OUT_OF_RANGE, AT_EDGE, AMBIGUOUS.
+    wrench : ndarray, shape (6,)
+        Wrench of the object on the sensor, at the origin of the sensor frame, over the stiffness of the skin, in m and m^2; NaN if the
+        method does not estimate it.
+    lowest : ndarray, shape (3,), or None
+        Lowest point of the object in m; None if it is position.
     """
 
     position: np.ndarray
@@ -46,73 +60,89 @@ class TouchEstimate:
 
 
 class TouchMethod(Protocol):
-    """A method, calibrated for one sensor."""
+    """A method that is calibrated for one sensor."""
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty where nothing touches."""
+        """Estimate the contacts of one frame; empty without contact."""
 
 
-#: A model error is shared by so many values, since it is smooth over some pitches. Chosen on simulated presses, drags and pairs of a sheet.
-ALIKE = 20.0
+#: Number of values that share a model error, which is smooth over some pitches. Tuned on simulated presses, drags and pairs on a sheet.
+VALUES_PER_ERROR = 20.0
 
 
 class Hypothesis(NamedTuple):
-    """numbers: that are fitted; prior: log of the share of frames in which it holds."""
+    """A hypothesis: how many numbers are fitted, and the log prior, that is, the log share of frames in which it holds."""
 
     numbers: int
     prior: float
 
 
-#: Tips press straight in or are dragged about as often; two at once is one frame in twenty, on a hand as in recordings.
+#: Straight and dragged presses are about equally frequent; two at once occur in one frame of twenty, on a hand as in recordings.
 STRAIGHT, DRAGGED, TWO = Hypothesis(3, math.log(0.5)), Hypothesis(5, math.log(0.45)), Hypothesis(8, math.log(0.05))
 
 
 class Evidence:
-    """Compares hypotheses on a number of values, two or three of each marker that is seen; least: chi-square below which a fit is not
-    better, that of presses under their own hypothesis."""
+    """Compares hypotheses.
 
-    def __init__(self, values: int, least: float):
-        self._count, self._least = max(values / ALIKE, 2.0), least
+    values: number of values, two or three for each visible marker; expected: chi-square of presses under their own hypothesis, below which
+    a fit counts as no better.
+    """
+
+    def __init__(self, values: int, expected: float):
+        self._count, self._expected = max(values / VALUES_PER_ERROR, 2.0), expected
 
     def of(self, hypothesis: Hypothesis, chi_square: float) -> float:
-        """Log evidence; chi_square: of the residuals, per value."""
-        return hypothesis.prior - 0.5 * (self._count * math.log(max(chi_square, self._least)) + hypothesis.numbers * math.log(self._count))
+        """Compute the log evidence; chi_square: of the residuals, per value."""
+        misfit = self._count * math.log(max(chi_square, self._expected))
+        return hypothesis.prior - 0.5 * (misfit + hypothesis.numbers * math.log(self._count))
 
     def may_win(self, hypothesis: Hypothesis, known: float) -> bool:
-        """Whether a perfect fit of a hypothesis would have more than a known log evidence."""
-        return self.of(hypothesis, self._least) > known
+        """Whether a perfect fit of a hypothesis would exceed a known log evidence."""
+        return self.of(hypothesis, self._expected) > known
 
     def is_explained(self, fit) -> bool:
-        """Whether a fit leaves no more than its model error is expected to."""
-        return fit.misfit <= self._least * fit.expected
+        """Whether the residual of a fit is at most that expected of the model error."""
+        return fit.misfit <= self._expected * fit.expected
 
 
 class Choice:
-    """The hypothesis of most evidence for each frame of a skin. one: the fit of one press to the last frame that had one, None without;
-    dragged: whether it was a drag, which lasts until the touch ends, as friction holds the skin while the tip is lifted; radius: of the
-    last press straight in, which a tip that is dragged keeps, None without one; two: the presses of the last frame if they were two, else
-    None."""
+    """Selects the hypothesis of the largest evidence frame by frame.
+
+    Attributes
+    ----------
+    one : object or None
+        Fit of one press to the last frame with one press.
+    dragged : bool
+        Whether that was a drag. A drag persists until contact ends, because friction holds the skin while the tip is lifted.
+    radius : tuple of float or None
+        Radius of the last straight press, which a dragged tip keeps.
+    two : object or None
+        The presses of the last frame if they were two.
+    """
 
     def __init__(self):
         self.one, self.dragged, self.radius, self.two = None, False, None, None
 
     def explain(self, evidence: Evidence, solve: Callable, begin, two: Callable):
-        """The fit to a frame: solve(start, dragged) fits one press, straight from begin, to it; two() fits two at once, where one leaves
-        more than its model error, which grows with drags. A fit has presses, a misfit, the residual chi-square per value, what is expected
-        of that, over a straight press's, and radius, mean and standard deviation of what it tells of the tip's."""
+        """Fit the hypotheses to a frame and return the fit of the best one.
+
+        solve(start, dragged) fits one press, a straight one from begin. two() fits two presses; it is called if the residual of one press
+        exceeds the expected model error, which grows with drags. A fit has presses, misfit (residual chi-square per value), expected (that
+        of the model error over that of a straight press), and radius (mean and standard deviation of the tip's).
+        """
         dragged = self.dragged
         single = solve(self.one.presses if dragged else begin, dragged)
-        most = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
-        if not dragged and evidence.may_win(DRAGGED, most):
+        best = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
+        if not dragged and evidence.may_win(DRAGGED, best):
             drag = solve(single.presses, True)
-            if evidence.of(DRAGGED, drag.misfit) > most:
-                single, most, dragged = drag, evidence.of(DRAGGED, drag.misfit), True
-        if not evidence.is_explained(single) and evidence.may_win(TWO, most):
-            both = two()
-            if evidence.of(TWO, both.misfit) > most:
-                self.two = both.presses
-                return both
+            if evidence.of(DRAGGED, drag.misfit) > best:
+                single, best, dragged = drag, evidence.of(DRAGGED, drag.misfit), True
+        if not evidence.is_explained(single) and evidence.may_win(TWO, best):
+            pair = two()
+            if evidence.of(TWO, pair.misfit) > best:
+                self.two = pair.presses
+                return pair
         self.one, self.dragged, self.two = single, dragged, None
-        if not dragged and single.radius[1] > 0:  # not of a fit that failed
+        if not dragged and single.radius[1] > 0:  # the fit did not fail
             self.radius = single.radius
         return single

@@ -10,26 +10,26 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ..common.contact_tracker import goes_on
+from ..common.contact_tracker import may_continue
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.geometry import tangents
 from ..common.marker_sensor import MarkerSensor, dome_cap, rest_points
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
-from ..errors import BadArgument, BadFrame
+from ..core.errors import BadArgument, BadFrame
 from .calibration import TouchCalibration
 from .estimate import TouchEstimate
 from .field import MarkerField, RestMarkers
 from .methods import make_method, methods_for
 from .parameters import AUTO
 
-FASTEST = 0.5  # m/s, of a touch that goes on. Chosen: a hand that reaches
-SIGMAS = 4.0   # standard deviations by which two estimates of one touch differ at most. Chosen
+MAX_CONTACT_SPEED = 0.5  # m/s; faster than a person slides a finger
+GATE_SIGMAS = 4.0  # standard deviations by which two estimates of one contact may differ
 
 
 class TouchTracker:
-    """Assigns ids, never reused, to touches: one continues the nearest that it can have come from."""
+    """Assigns ids, which are never reused, to contacts: each estimate continues the nearest contact within reach."""
 
     def __init__(self):
         self._last: dict[int, tuple[float, TouchEstimate]] = {}  # stamp, s, and estimate by id
@@ -41,15 +41,17 @@ class TouchTracker:
             raise BadFrame(f'touches: stamp {stamp_s} s is not later than the last; frame skipped')
 
     def process(self, estimates: list[TouchEstimate], stamp_s: float) -> list[int]:
-        """The ids of the touches of a frame. Raises BadFrame for a stamp that is not later than the last, BadArgument for numbers that
-        are not finite."""
+        """Assign ids to the estimates of a frame.
+
+        Raises BadFrame for a stamp that is not later than the last, BadArgument for numbers that are not finite.
+        """
         self.check(stamp_s)
         for one in estimates:
             if not np.isfinite([*one.position, *one.covariance.ravel(), one.depth, one.depth_sigma]).all():
-                raise BadArgument(f'a touch must have a finite place, depth and covariance, got {one}')
-        known = {id: last for id, last in self._last.items() if goes_on(last[0], self._stamp_s, stamp_s)}
+                raise BadArgument(f'a contact must have a finite position, depth and covariance, got {one}')
+        known = {id: last for id, last in self._last.items() if may_continue(last[0], self._stamp_s, stamp_s)}
         apart = sorted((self._apart(one, last, stamp_s), m, id) for m, one in enumerate(estimates) for id, last in known.items())
-        continued: dict[int, int] = {}  # id of the touch that each estimate continues: the nearest pairs first
+        continued: dict[int, int] = {}  # id of the contact that each estimate continues; the nearest pairs come first
         for distance, m, id in apart:
             if distance <= 1 and m not in continued and id not in continued.values():
                 continued[m] = id
@@ -62,26 +64,26 @@ class TouchTracker:
 
     @staticmethod
     def _apart(one: TouchEstimate, last: tuple[float, TouchEstimate], stamp_s: float) -> float:
-        """Distance of an estimate from the last one of a touch, over the largest that may be."""
+        """Distance of an estimate from the last one of a contact, over the largest possible one."""
         seen_s, before = last
         sigma = np.sqrt(np.trace(one.covariance + before.covariance))
-        return float(np.linalg.norm(one.position - before.position) / (FASTEST * (stamp_s - seen_s) + SIGMAS * sigma))
+        return float(np.linalg.norm(one.position - before.position) / (MAX_CONTACT_SPEED * (stamp_s - seen_s) + GATE_SIGMAS * sigma))
 
 
-STEEPEST = 0.95    # largest contact radius over tip radius. Chosen: below a hemisphere's 1, where the slope is infinite
-LEAST = 1e-9       # m, of a contact radius: a region has a centre
-AT_CLAMP = 0.499   # of a side: places are no nearer to the clamp
-RADII = np.geomspace(1e-4, 1.0, 1000)  # over the largest, between which contact radii are interpolated: to 1e-5
-SQUARES, LOGS = RADII**2, np.log(RADII)
-CORNERS = 36       # of an outline: the polygon has 0.5 % less area than the disc
-AROUND = np.stack([np.cos(np.arange(CORNERS) * 2 * np.pi / CORNERS), np.sin(np.arange(CORNERS) * 2 * np.pi / CORNERS)], axis=1)
+MAX_RADIUS_RATIO = 0.95  # contact radius over tip radius; below 1, a hemisphere, whose slope is infinite
+MIN_CONTACT_RADIUS = 1e-9  # m; a region has a centre
+MAX_OFFSET = 0.499  # of a side; positions are no nearer to the clamp
+RADII = np.geomspace(1e-4, 1.0, 1000)  # over the largest; interpolation of contact radii between them is accurate to 1e-5
+RADII_SQUARED, LOG_RADII = RADII**2, np.log(RADII)
+CORNERS = 36  # of an outline; the polygon has 0.5 % less area than the disc
+UNIT_CIRCLE = np.stack([np.cos(np.arange(CORNERS) * 2 * np.pi / CORNERS), np.sin(np.arange(CORNERS) * 2 * np.pi / CORNERS)], axis=1)
 
 
 def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSensor, tip_radius: float) -> ContactRegionEstimate:
-    """Contact region of a frame's touches; tip_radius: m, of tips whose radius the touch method does not estimate.
+    """Contact region of a frame's contacts; tip_radius: m, of tips whose radius the method does not estimate.
 
-    The outlines are the circles where the skin leaves the tips, perpendicular to the untouched surface's normal there. A marker that
-    appears under a tip is sticking; slip is not estimated.
+    The outlines are the circles where the skin separates from the tips, perpendicular to the normal of the untouched surface there. A
+    marker that appears under a tip is sticking; slip is not estimated.
     """
     seen = np.flatnonzero(field.seen)
     now, camera_centre, under = (field.rest + field.shift)[seen], field.camera_centre[seen], np.zeros(len(seen), np.uint8)
@@ -104,35 +106,39 @@ def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSe
 
 
 def _disc(touch: TouchEstimate, tip_radius: float, sensor: MarkerSensor) -> tuple[np.ndarray, np.ndarray, float]:
-    """Centre (3,) and normal (3,) of the disc in which a tip of tip_radius, m, and the skin touch, and its radius, m."""
+    """Centre (3,), m, normal (3,) and radius, m, of the contact disc between the skin and a tip of tip_radius, m."""
     lowest = touch.position if touch.lowest is None else touch.lowest
-    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a convex skin leaves the tip sooner
+    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a convex skin separates from the tip sooner
     radius = _contact_radius(touch.depth, 1 / (1 / tip_radius + bend), _clearance(lowest[:2], sensor))
     normal = sensor.normal(lowest[:2] / (1 + tip_radius * bend))
     return lowest + [0.0, 0.0, tip_radius] - np.sqrt(max(tip_radius**2 - radius**2, 0.0)) * normal, normal, radius
 
 
 def _contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
-    """Contact radius a, m, of a round tip on a taut membrane clamped at a distance of clearance, m. Within a the membrane follows the tip
-    (a paraboloid, slope a / tip_radius at its edge); outside it solves Laplace's equation, so depth is logarithmic in the distance:
-    depth = a^2 / tip_radius (1/2 + ln(clearance / a))."""
-    largest = max(min(STEEPEST * tip_radius, clearance), LEAST)
-    depths = SQUARES * (0.5 + math.log(max(clearance, LEAST) / largest) - LOGS)
+    """Contact radius a, m, of a round tip on a taut membrane clamped at a distance of clearance, m.
+
+    Within a the membrane follows the tip (a paraboloid with the slope a / tip_radius at its edge); outside it solves Laplace's equation, so
+    that depth is logarithmic in the distance: depth = a^2 / tip_radius (1/2 + ln(clearance / a)).
+    """
+    largest = max(min(MAX_RADIUS_RATIO * tip_radius, clearance), MIN_CONTACT_RADIUS)
+    depths = RADII_SQUARED * (0.5 + math.log(max(clearance, MIN_CONTACT_RADIUS) / largest) - LOG_RADII)
     return largest * float(np.interp(depth * tip_radius / largest**2, depths, RADII))
 
 
-def _clearance(place: np.ndarray, sensor: MarkerSensor) -> float:
-    """Conformal radius, m, of the clamped area at a place (2,), m: radius of the circular membrane that is as compliant in its centre. A
-    disc's is (R^2 - r^2) / R; a rectangle's is approximated from those of its two strips."""
+def _clearance(position: np.ndarray, sensor: MarkerSensor) -> float:
+    """Conformal radius, m, of the clamped area at a position (2,), m: of the circular membrane that is as compliant in its centre.
+
+    That of a disc is (R^2 - r^2) / R; that of a rectangle is approximated from those of its two strips.
+    """
     if not sensor.is_sheet:
-        return max(sensor.rim_radius - place @ place / sensor.rim_radius, 0.0)
+        return max(sensor.rim_radius - position @ position / sensor.rim_radius, 0.0)
     size = np.array(sensor.size)
-    return float(np.sum((2 * size / np.pi * np.cos(np.pi * np.clip(place / size, -AT_CLAMP, AT_CLAMP)))**-4.0)**-0.25)
+    return float(np.sum((2 * size / np.pi * np.cos(np.pi * np.clip(position / size, -MAX_OFFSET, MAX_OFFSET)))**-4.0)**-0.25)
 
 
 def _circle(centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
-    """(CORNERS, 3) m, around the disc."""
-    return centre + radius * AROUND @ tangents(normal)
+    """Corners (CORNERS, 3), m, around the disc."""
+    return centre + radius * UNIT_CIRCLE @ tangents(normal)
 
 
 _NO_DOTS = np.zeros(0, bool)
@@ -140,8 +146,19 @@ _NO_DOTS = np.zeros(0, bool)
 
 @dataclass(frozen=True)
 class TouchResult:
-    """Estimates of one frame. wrench: (6,) N and N m, of the object on the sensor, NaN if unknown; make_region: computes the region on
-    demand; make_points: the surface points, with it."""
+    """Estimates of one frame.
+
+    Attributes
+    ----------
+    contacts : list of ContactEstimate
+        The contacts.
+    wrench : ndarray, shape (6,)
+        Force (N) and moment (N m) of the object on the sensor; NaN if unknown.
+    make_region : callable
+        Computes the contact region on demand.
+    make_points : callable
+        Computes the surface points from the region on demand.
+    """
 
     contacts: list[ContactEstimate]
     wrench: np.ndarray
@@ -150,19 +167,37 @@ class TouchResult:
 
     @cached_property
     def region(self) -> ContactRegionEstimate:
-        """Where the tips touch."""
+        """The contact region."""
         return self.make_region()
 
     def points(self) -> SurfacePoints:
-        """Of all markers."""
+        """Compute the surface points of all markers."""
         return self.make_points(self.region)
 
 
 class TouchEstimator:
     """Estimates contacts frame by frame.
 
-    rest: of all its markers; values: of MARKER_PARAMETERS; calibration: of the same sensor. model: the method, where it tells how far a
-    dome's markers are raised, else None. Raises BadCalibration for a method that the calibration does not contain.
+    Parameters
+    ----------
+    sensor : MarkerSensor
+        Geometry of the sensor.
+    rest : RestMarkers
+        The untouched markers.
+    values : Mapping
+        Values of MARKER_PARAMETERS.
+    calibration : TouchCalibration
+        Calibration of the same sensor.
+
+    Attributes
+    ----------
+    model : TouchMethod or None
+        The method if it estimates the heights of a dome's markers, else None.
+
+    Raises
+    ------
+    BadCalibration
+        If the calibration does not contain the method.
     """
 
     def __init__(self, sensor: MarkerSensor, rest: RestMarkers, values: Mapping, calibration: TouchCalibration):
@@ -176,21 +211,39 @@ class TouchEstimator:
         self._filter = make_filter() if make_filter else None
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
-        """Contacts in one frame; stamp_s: s. Raises BadFrame for markers of another grid, or a stamp that is not later than the last."""
+        """Estimate the contacts in one frame.
+
+        Parameters
+        ----------
+        tracks : DotTracks
+            The markers of the frame.
+        stamp_s : float
+            Exposure time in s.
+
+        Returns
+        -------
+        TouchResult
+            The estimates of the frame.
+
+        Raises
+        ------
+        BadFrame
+            If the markers are of another grid, or the stamp is not later than the last.
+        """
         self.check(tracks, stamp_s)
         return self.touches(tracks, self._rest.field(tracks, stamp_s), stamp_s)
 
     def check(self, tracks: DotTracks, stamp_s: float) -> None:
         """Raise BadFrame as process does."""
         if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
-            raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, but parameters rows and columns are '
+            raise BadFrame(f'the dots form a {tracks.rows} x {tracks.columns} grid, but parameters rows and columns are '
                            f'{self._sensor.rows} and {self._sensor.columns}')
         self._tracker.check(stamp_s)
 
     def touches(self, tracks: DotTracks, field: MarkerField, stamp_s: float) -> TouchResult:
-        """Contacts in one frame that passed check; field: that of its tracks."""
+        """Estimate the contacts in one frame that passed check; field: of its tracks."""
         estimates = self._method.estimate(field)
-        wrench, force = np.full(6, np.nan), np.nan  # of several touches, it is not known
+        wrench, force = np.full(6, np.nan), np.nan  # unknown for several contacts
         if len(estimates) == 1:
             wrench = self._stiffness * estimates[0].wrench
             force = -float(wrench[2])
@@ -203,7 +256,7 @@ class TouchEstimator:
                            partial(self._points, tracks, field))
 
     def _points(self, tracks: DotTracks, field: MarkerField, region: ContactRegionEstimate) -> SurfacePoints:
-        """Surface points of all markers of the pattern; positions of markers not seen are NaN, and forces are unknown."""
+        """Surface points of all markers of the pattern; NaN for markers that are not visible, forces are unknown."""
         count, shape = len(field), (self._sensor.rows, self._sensor.columns)
         xyz = np.full((count, 3), np.nan) if tracks.xyz is None else scatter(tracks.xyz, tracks.id, count)
         state = scatter(region.dot_state, region.dot_id, count, UNKNOWN)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from tactile_driver.plugins import PluginTable
 
 from ..common.marker_sensor import MarkerSensor
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from .calibration import restored, stored
 from .dome.calibration import calibrate_dome
 from .dome.model import DomeCalibration, DomeModelMethod
@@ -20,9 +20,19 @@ from .sheet.model import SheetCalibration, SheetModelMethod
 
 
 class Method(NamedTuple):
-    """calibrate: presses, sensor, and a calibration whose simulated library is kept, or None -> a calibration, a dataclass of the class
-    calibration; method: of one and the sensor, the TouchMethod; contact_filter: makes an object with update(estimates, ids, stamp_s) ->
-    estimates, which smooths contacts from frame to frame, None for a method without one."""
+    """A method and its calibration.
+
+    Attributes
+    ----------
+    calibrate : callable
+        Function of (presses, sensor, known) that returns a calibration; known: a calibration whose simulated library is reused, or None.
+    calibration : type
+        Dataclass of the calibration.
+    method : callable
+        Function of (calibration, sensor) that returns the TouchMethod.
+    contact_filter : callable, optional
+        Makes an object with update(estimates, ids, stamp_s) -> estimates, which smooths contacts from frame to frame.
+    """
 
     calibrate: Callable
     calibration: type
@@ -30,12 +40,15 @@ class Method(NamedTuple):
     contact_filter: Callable | None = None
 
     def fit(self, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> dict:
-        """Numbers for the calibration file; fitted: those of more presses of the same sensor, whose simulated library is kept, as a few
-        numbers determine it. Raises BadCalibration where the presses do not determine the method."""
+        """Fit the numbers of the calibration file.
+
+        fitted: those of more presses of the same sensor, whose simulated library is reused because a few numbers determine it. Raises
+        BadCalibration if the presses do not determine the method.
+        """
         return stored(self.calibrate(presses, sensor, restored(self.calibration, fitted) if fitted else None))
 
     def from_fitted(self, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
-        """The method of numbers from a calibration file. Raises BadCalibration where they are invalid."""
+        """Make the method from numbers of a calibration file. Raises BadCalibration if they are invalid."""
         return self.method(restored(self.calibration, fitted), sensor)
 
 
@@ -53,13 +66,15 @@ METHOD_NAMES = tuple(dict.fromkeys((*SHEET_METHODS.own, *DOME_METHODS.own)))
 
 
 def methods_for(sensor: MarkerSensor) -> Mapping[str, Method]:
-    """The methods for a sensor's kind of surface."""
+    """Select the methods for a sensor's kind of surface."""
     return SHEET_METHODS if sensor.is_sheet else DOME_METHODS
 
 
 def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
-    """The method of that name with its parameters from a calibration file. Raises BadArgument for a name that is unknown or of another
-    kind of surface."""
+    """Make a method by name with its numbers from a calibration file.
+
+    Raises BadArgument for a name that is unknown or of another kind of surface.
+    """
     methods = methods_for(sensor)
     if name not in methods:
         raise BadArgument(f'no touch method {name!r} for a {sensor.type}; choose one of {", ".join(methods)}')

@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..common.marker_sensor import MARKER_SENSORS, MarkerSensor
+from ..core.errors import BadArgument
+from ..core.parameter_files import read_parameters
 from ..dots.parameters import camera_pose_parameters, detection_parameters, fixed, pattern_parameters
-from ..errors import BadArgument
-from ..parameters.file import read_parameters
 from .methods import METHOD_NAMES
 
 AUTO = 'auto'
@@ -35,12 +35,12 @@ MARKER_PARAMETERS = MARKER_SENSOR_PARAMETERS + detection_parameters('bright', 'b
 
 
 def read_marker_sensor(params: Path) -> MarkerSensor:
-    """The sensor that a parameter file describes. Raises BadArgument for an inconsistent geometry."""
+    """Read the sensor that a parameter file describes. Raises BadArgument for an inconsistent geometry."""
     return marker_sensor(read_parameters(params, NODE, MARKER_SENSOR_PARAMETERS))
 
 
 def marker_sensor(values: Mapping) -> MarkerSensor:
-    """The sensor that values (of MARKER_SENSOR_PARAMETERS) describe. Raises BadArgument for an inconsistent geometry."""
+    """Make the sensor that values (of MARKER_SENSOR_PARAMETERS) describe. Raises BadArgument for an inconsistent geometry."""
     kind = MARKER_SENSORS.get(values['sensor_type'])
     pitch, size = _pairs(values)
     given = dict(rows=values['rows'], columns=values['columns'], pitch=pitch, size=size, rim_radius=values['dome.rim_radius'],

@@ -8,42 +8,44 @@ from functools import partial
 import numpy as np
 
 from ..common.marker_sensor import MarkerSensor, rest_points
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from .field import MarkerField
 
-# Weights of the in-plane strain and of the bending energy relative to the misfit in the image, lengths in pitches. The first separates
-# in-plane from apparent displacement, the second only smooths. Chosen: results change little over a decade of either.
-SIDEWAYS, DOWN = 3.0, 1e-3
-_NEAREST_CLAMP = 0.3  # pitches: least distance from a marker to the clamp in the Laplacian, which bounds its weight. Chosen
+# Weights of the in-plane strain and of the bending energy relative to the misfit in the image, with lengths in pitches. The first separates
+# in-plane from apparent displacement, the second only smooths; results change little over a decade of either.
+STRAIN_WEIGHT, BENDING_WEIGHT = 3.0, 1e-3
+_MIN_CLAMP_DISTANCE = 0.3  # pitches; lower bound of the distance from a marker to the clamp in the Laplacian, which bounds its weight
 
 
 class SheetSurface:
-    """A clamped elastic sheet: how far its markers are raised, by the strain and bending that least energy needs. Raises BadArgument for a
-    sensor that is no sheet with a grid of at least 3 x 3 markers on it."""
+    """A clamped elastic sheet: the heights of its markers from the minimum of strain and bending energy.
+
+    Raises BadArgument for a sensor that is not a sheet with a grid of at least 3 x 3 markers on it.
+    """
 
     def __init__(self, sensor: MarkerSensor):
         rest, rows, columns, size = sensor.grid(), sensor.rows, sensor.columns, sensor.size
         if not sensor.is_sheet or min(rows, columns) < 3 or not (np.abs(rest) < 0.5 * np.asarray(size)).all():
             raise BadArgument(f'sheet: {rows} x {columns} markers (at least 3 x 3) must lie on the clamped sheet of {size} m')
         self._laplacian = _laplacian(rest.reshape(rows, columns, 2), np.asarray(size, float))
-        stiff = SIDEWAYS * self._laplacian
+        stiff = STRAIN_WEIGHT * self._laplacian
         strain = stiff @ np.linalg.inv(np.eye(len(rest)) + stiff)
         self._strain = 0.5 * (strain + strain.T)
-        self._bending = DOWN * self._laplacian @ self._laplacian
+        self._bending = BENDING_WEIGHT * self._laplacian @ self._laplacian
 
     def raised(self, field: MarkerField) -> np.ndarray:
-        """(K,) m, of the markers over the untouched plane; one that is not seen is interpolated from its neighbours."""
-        place, shift, camera_centre, seen = field.rest + field.shift, field.shift, field.camera_centre, field.seen
+        """Heights (K,), m, of the markers over the untouched plane; those not visible are interpolated from their neighbours."""
+        position, shift, camera_centre, seen = field.rest + field.shift, field.shift, field.camera_centre, field.seen
         if not seen.any():
             return np.full(len(shift), np.nan)
-        slope = np.where(seen[:, None], place - camera_centre[:, :2], 0.0) / np.where(seen, -camera_centre[:, 2], 1.0)[:, None]
+        slope = np.where(seen[:, None], position - camera_centre[:, :2], 0.0) / np.where(seen, -camera_centre[:, 2], 1.0)[:, None]
         slope, shift = (self._fill(values, seen) for values in (slope, np.where(seen[:, None], shift, 0.0)))
-        # A depth w moves a marker by slope w in the image; the rest of its displacement is strain in the plane. With the strain's energy S
+        # A depth w moves a marker by slope w in the image; the remaining displacement is strain in the plane. With the strain's energy S
         # and the bending's B: (B + sum over axes of slope S slope) w = sum over axes of slope S shift.
         return -np.linalg.solve(self._bending + self._strain * (slope @ slope.T), (slope * (self._strain @ shift)).sum(axis=1))
 
     def _fill(self, values: np.ndarray, seen: np.ndarray) -> np.ndarray:
-        """values (K, 2), those not seen interpolated (harmonic)."""
+        """Interpolate values (K, 2) of the markers that are not visible (harmonic)."""
         if seen.all():
             return values
         filled = values.copy()
@@ -53,7 +55,7 @@ class SheetSurface:
 
 
 def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """(K, K) negative Laplacian on a grid (rows, columns, 2), m, in units of the mean pitch, with zero displacement at the clamp."""
+    """Negative Laplacian (K, K) on a grid (rows, columns, 2), m, in units of the mean pitch, with zero displacement at the clamp."""
     rows, columns = grid.shape[:2]
     number = np.arange(rows * columns).reshape(rows, columns)
     flat = grid.reshape(-1, 2)
@@ -66,39 +68,42 @@ def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
         np.add.at(found, (far, far), weight[axis])
         found[near, far] = found[far, near] = -weight[axis]
         ends = number[:, [0, -1]] if axis == 0 else number[[0, -1]].T
-        gap = np.maximum(0.5 * size[axis] - np.abs(flat[ends.ravel(), axis]), _NEAREST_CLAMP * pitch[axis])
+        gap = np.maximum(0.5 * size[axis] - np.abs(flat[ends.ravel(), axis]), _MIN_CLAMP_DISTANCE * pitch[axis])
         np.add.at(found, (ends.ravel(), ends.ravel()), weight[axis] * pitch[axis] / gap)
     return found
 
 
-_STILL = 1e-4  # m, apparent: without a calibration, the height of a marker displaced by more is unknown. Chosen
+_MAX_UNTOUCHED_SHIFT = 1e-4  # m, apparent; without a calibration, the height of a marker displaced by more is unknown
 
 
 def dome_raised(method, field: MarkerField) -> np.ndarray:
-    """(K,) m, upward displacement of a dome's markers; method: that tells it, None where it is not calibrated: that of displaced markers is
-    NaN. One camera cannot observe the scale about the camera centre; the method knows it from the mechanics."""
+    """Upward displacements (K,), m, of a dome's markers.
+
+    method: estimates them; None without a calibration, when that of displaced markers is NaN. One camera cannot observe the scale about the
+    camera centre; the method knows it from the mechanics.
+    """
     raised = None if method is None else method.raised(field)
     if raised is not None:
         return raised
-    return np.where((method is not None) | (np.hypot(*field.shift.T) <= _STILL), 0.0, np.nan)
+    return np.where((method is not None) | (np.hypot(*field.shift.T) <= _MAX_UNTOUCHED_SHIFT), 0.0, np.nan)
 
 
 def on_rays(field: MarkerField, raised: np.ndarray, sensor: MarkerSensor) -> np.ndarray:
-    """(K, 3) m, sensor frame: the markers, each on the ray from the camera centre, raised by (K,), m; NaN for one that is not seen."""
+    """Positions (K, 3), m, in the sensor frame of markers on their rays from the camera centre, raised by (K,), m; NaN if not visible."""
     rest = rest_points(field.rest, field.camera_centre, sensor)
     seen = np.column_stack([field.rest + field.shift, np.full(len(field), sensor.plane_z)])
     share = (rest[:, 2] + raised - field.camera_centre[:, 2]) / (sensor.plane_z - field.camera_centre[:, 2])
-    places = field.camera_centre + share[:, None] * (seen - field.camera_centre)
-    return np.where(field.seen[:, None], places, np.nan)
+    positions = field.camera_centre + share[:, None] * (seen - field.camera_centre)
+    return np.where(field.seen[:, None], positions, np.nan)
 
 
-class MarkerPlaces:
-    """3D positions of markers. method: of a dome, that tells how far its markers are raised, None where it is not calibrated."""
+class MarkerPositions:
+    """3D positions of markers. method: estimates the heights of a dome's markers; None without a calibration."""
 
     def __init__(self, sensor: MarkerSensor, method=None):
         self._sensor = sensor
         self._raised = SheetSurface(sensor).raised if sensor.is_sheet else partial(dome_raised, method)
 
     def xyz(self, field: MarkerField, id: np.ndarray) -> np.ndarray:
-        """Positions (N, 3), m, sensor frame, of the markers id (N,) of a field; NaN where unknown."""
+        """Positions (N, 3), m, in the sensor frame of the markers id (N,) of a field; NaN if unknown."""
         return on_rays(field, self._raised(field), self._sensor)[id]

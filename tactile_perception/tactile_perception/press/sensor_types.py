@@ -3,7 +3,7 @@
 """The sensor types with printed markers: sheets over one and two cameras, and the inflated dome."""
 from functools import partial
 
-from ..sensor_type import CAMERA_INFO, CAMERA_POSE, CAMERA_SOURCES, SensorType
+from ..core.sensor_type import CAMERA_INFO, CAMERA_POSE, CAMERA_SOURCES, SensorType
 
 _MARKER_SENSOR = partial(
     SensorType,

@@ -10,31 +10,43 @@ from std_msgs.msg import Header
 
 from tactile_driver.stitching.calibration import stitching_from_dict
 
-from ..camera_stage import Matrices
+from ..common import messages as convert
 from ..common.camera import camera_pose
+from ..common.camera_stage import Matrices
 from ..common.dots import DotTracks
 from ..dots.stage import DotStage
 from ..dots.tracker import DotTracker, tracker_options
-from ..nodes.messages import conversions as convert
 from .calibration import read_touch
 from .estimator import TouchEstimator
 from .field import RestMarkers, checked_view, view_maker
 from .methods import make_method
 from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
-from .positions import MarkerPlaces
+from .positions import MarkerPositions
 
 
 class MarkerModel(NamedTuple):
-    """The untouched markers of a camera, which places and contacts share. contact: None where presses are not calibrated."""
+    """The untouched markers of a camera, shared by positions and contacts. contact: None if presses are not calibrated."""
 
     rest: RestMarkers
-    places: MarkerPlaces
+    positions: MarkerPositions
     contact: TouchEstimator | None
 
 
 class MarkerStage(DotStage):
-    """image_raw (or dots) -> dots, and with a calibration of presses contacts, contact_region, wrench, points. Raises BadArgument for wrong
-    values, BadCalibration for a bad file."""
+    """image_raw (or dots) -> dots, and with a calibration of presses contacts, contact_region, wrench, points.
+
+    Parameters
+    ----------
+    values : Mapping
+        Values of MARKER_PARAMETERS.
+
+    Raises
+    ------
+    BadArgument
+        If the values are inconsistent.
+    BadCalibration
+        If the calibration file cannot be used.
+    """
 
     node, parameters, needs_camera = NODE, MARKER_PARAMETERS, True
     without_contact = "no usable camera_info yet: the markers' positions need a calibrated camera"
@@ -48,12 +60,12 @@ class MarkerStage(DotStage):
             self.stitching = stitching_from_dict(self._known.stitching, 'calibration: stitching')
 
     def make_tracker(self, matrices: Matrices | None, size: tuple[int, int] | None) -> DotTracker:
-        """See DotStage."""
+        """Make the tracker of the markers."""
         known = {name: self._known and getattr(self._known, name) for name in ('pattern', 'rest')}
         return DotTracker(**tracker_options(self.values, **known), seam=self.stitching and self.stitching.seam)
 
     def make_contact(self, matrices: Matrices | None, size: tuple[int, int] | None, tracker: DotTracker | None) -> MarkerModel | None:
-        """See DotStage; None where the camera is not calibrated, since the viewing plane is metric, and for a pattern of unknown size."""
+        """Make the model; None without a calibrated camera, since the viewing plane is metric, and for a pattern of unknown size."""
         known, sensor = self._known, self.sensor
         make_view = view_maker(sensor, matrices, known and known.stitching, camera_pose(self.values))
         count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
@@ -64,10 +76,10 @@ class MarkerStage(DotStage):
         method = contact and contact.model
         if method is None and not sensor.is_sheet and known and 'model' in known.methods:
             method = make_method('model', known.fitted('model'), sensor)
-        return MarkerModel(rest, MarkerPlaces(sensor, method), contact)
+        return MarkerModel(rest, MarkerPositions(sensor, method), contact)
 
     def estimate_contact(self, tracks: DotTracks, stamp_s: float, header: Header, topics: Collection[str]) -> dict[str, list]:
-        """See DotStage; it places the markers too, by the same solution as the contacts."""
+        """Estimate the contacts and, from the same solution, the positions of the markers."""
         model = self.estimator.contact
         if model is None:
             return super().estimate_contact(tracks, stamp_s, header, topics)
@@ -77,5 +89,5 @@ class MarkerStage(DotStage):
         field = model.rest.field(tracks, stamp_s)
         result = model.contact.touches(tracks, field, stamp_s) if of_contact else None
         if not self._takes_dots and ('dots' in topics or 'points' in topics):
-            tracks.xyz = model.places.xyz(field, tracks.id)
+            tracks.xyz = model.positions.xyz(field, tracks.id)
         return convert.results_to_messages(result, header, of_contact) if of_contact else {}

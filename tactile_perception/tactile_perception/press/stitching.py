@@ -15,25 +15,34 @@ from tactile_driver.stitching.methods import make_stitcher
 from ..common.dots import Dots
 from ..common.marker_sensor import MarkerSensor
 from ..common.statistics import robust_sigma
+from ..core.errors import BadArgument, BadCalibration, BadFrame
 from ..dots.detect import DotDetector
 from ..dots.number import find_lattice, number_grid
-from ..errors import BadArgument, BadCalibration, BadFrame
 
-FEWEST = 12  # markers of one view, chosen
-MARKER_NOISE = 0.04  # px per axis, chosen: standard deviation of a detected marker's position
-FINEST_PRINT = 2e-6  # m, chosen: lower bound of the print's irregularity
-LARGEST_RESIDUAL = 0.1  # RMS over the pitch, chosen: a larger one means mismatched markers or a wrong pitch
-SLENDER = 0.02  # chosen: smallest ratio of width to length of the markers in a view
-FARTHEST = 1e5  # px, chosen: larger than any image
-HIDDEN = 1.0  # m, chosen: position for markers that the distortion model cannot invert
-ROUNDS = 2  # chosen: alternations between fitting and estimating the irregularity of the print
+MIN_MARKERS = 12  # of one view
+MARKER_NOISE = 0.04  # px per axis; standard deviation of a detected marker's position
+MIN_PRINT_SIGMA = 2e-6  # m; lower bound of the print's irregularity
+MAX_RESIDUAL = 0.1  # RMS over the pitch; a larger one indicates mismatched markers or a wrong pitch
+MIN_ASPECT = 0.02  # width over length of the markers in a view
+MAX_COORDINATE_PX = 1e5  # px; larger than any image
+INVALID_POSITION = 1.0  # m; position of markers that the distortion model cannot invert
+FIT_ROUNDS = 2  # alternations between fitting and estimating the irregularity of the print
 
 
 @dataclass(frozen=True)
 class SideMarkers:
     """Markers of an untouched view.
 
-    size: (width, height) px; id: (N,) ids on the whole grid; uv: (N, 2) px; camera: K (3, 3) and distortion (5,).
+    Attributes
+    ----------
+    size : tuple of int
+        Width and height in px.
+    id : ndarray, shape (N,)
+        Numbers on the whole grid.
+    uv : ndarray, shape (N, 2)
+        Positions in px.
+    camera : tuple of ndarray
+        K (3, 3) and distortion (5,).
     """
 
     size: tuple[int, int]
@@ -46,35 +55,36 @@ def fit_sides(found: list[SideMarkers], grid: np.ndarray) -> list[SideView]:
     """Fit both cameras jointly to the nominal marker positions grid (K, 2), m.
 
     Markers deviate from their nominal positions by the irregularity of the print, which is estimated. The two views of one marker differ by
-    image noise only and so tie the cameras together. Raises BadCalibration for a view with too few markers and for one that fits no camera.
+    image noise only, which connects the cameras. Raises BadCalibration for a view with too few markers and for one that fits no camera.
     """
     poses, print_sigma = np.concatenate([_pose(markers, grid) for markers in found]), 1e-4
 
     def sides_at(poses: np.ndarray) -> list[SideView]:
         return [_side(markers, pose) for markers, pose in zip(found, poses.reshape(2, 6))]
 
-    for _ in range(ROUNDS):
+    for _ in range(FIT_ROUNDS):
         poses = scipy.optimize.least_squares(lambda poses, sigma=print_sigma: _misfit(sides_at(poses), found, grid, sigma), poses,
                                              x_scale='jac', loss='soft_l1').x
         sides = sides_at(poses)
-        off = [side.place(m.uv) - grid[m.id] for side, m in zip(sides, found)]
-        print_sigma = max(float(robust_sigma(np.concatenate(off))), FINEST_PRINT)
-    worst = max(float(np.sqrt((o**2).sum(1).mean())) for o in off)
-    if not worst < LARGEST_RESIDUAL * np.linalg.norm(grid[1] - grid[0]):
-        raise BadCalibration(f'the markers of a view lie {1e3 * worst:.2f} mm off the grid: check rows, columns and pitch, and camera_info')
+        deviations = [side.place(m.uv) - grid[m.id] for side, m in zip(sides, found)]
+        print_sigma = max(float(robust_sigma(np.concatenate(deviations))), MIN_PRINT_SIGMA)
+    worst = max(float(np.sqrt((one**2).sum(1).mean())) for one in deviations)
+    if not worst < MAX_RESIDUAL * np.linalg.norm(grid[1] - grid[0]):
+        raise BadCalibration(f'the markers of a view deviate by {1e3 * worst:.2f} mm from the grid; check rows, columns, pitch and '
+                             'camera_info')
     return sides
 
 
 def _misfit(sides: list[SideView], found: list[SideMarkers], grid: np.ndarray, print_sigma: float) -> np.ndarray:
     """Normalised residuals: markers from the nominal grid, and the two views of each shared marker from each other."""
-    places, seen = np.zeros((2, len(grid), 2)), np.zeros((2, len(grid)), bool)
+    positions, seen = np.zeros((2, len(grid), 2)), np.zeros((2, len(grid)), bool)
     for k, (side, markers) in enumerate(zip(sides, found)):
-        places[k, markers.id], seen[k, markers.id] = np.nan_to_num(side.place(markers.uv), nan=HIDDEN), True
+        positions[k, markers.id], seen[k, markers.id] = np.nan_to_num(side.place(markers.uv), nan=INVALID_POSITION), True
     both = seen.all(0)
-    place = np.where(both[:, None], places.sum(0) / 2, np.where(seen[0][:, None], places[0], places[1]))[seen.any(0)]
-    apart = (places[0] - places[1])[both]
+    position = np.where(both[:, None], positions.sum(0) / 2, np.where(seen[0][:, None], positions[0], positions[1]))[seen.any(0)]
+    apart = (positions[0] - positions[1])[both]
     noise = np.sqrt(2) * MARKER_NOISE * _metres_per_px(sides[0])
-    return np.concatenate([((place - grid[seen.any(0)]) / print_sigma).ravel(), (apart / noise).ravel()])
+    return np.concatenate([((position - grid[seen.any(0)]) / print_sigma).ravel(), (apart / noise).ravel()])
 
 
 def _metres_per_px(side: SideView) -> float:
@@ -83,17 +93,17 @@ def _metres_per_px(side: SideView) -> float:
 
 
 def _pose(markers: SideMarkers, grid: np.ndarray) -> np.ndarray:
-    """(6,) initial rotation vector and translation, m, of one camera. Raises BadCalibration."""
-    if len(markers.id) < FEWEST:
-        raise BadCalibration(f'{len(markers.id)} markers in a view are too few to tell where the camera stands; {FEWEST} are needed')
-    if not (np.abs(markers.uv) < FARTHEST).all():
-        raise BadCalibration('the place of a marker in a view is no number, or far out of the image')
+    """Estimate the initial rotation vector and translation (6,), m, of one camera. Raises BadCalibration."""
+    if len(markers.id) < MIN_MARKERS:
+        raise BadCalibration(f'{len(markers.id)} markers in a view are too few for the camera pose; {MIN_MARKERS} are needed')
+    if not (np.abs(markers.uv) < MAX_COORDINATE_PX).all():
+        raise BadCalibration('the position of a marker in a view is not a number, or far outside the image')
     spread = np.linalg.svd(markers.uv - markers.uv.mean(axis=0), compute_uv=False)
-    if not spread[1] > SLENDER * spread[0]:
-        raise BadCalibration('the markers of a view lie on a line, which tells of no camera; several rows must be seen')
-    places = np.column_stack([grid[markers.id], np.zeros(len(markers.id))])
+    if not spread[1] > MIN_ASPECT * spread[0]:
+        raise BadCalibration('the matched markers are collinear; the camera pose cannot be determined; several rows must be visible')
+    positions = np.column_stack([grid[markers.id], np.zeros(len(markers.id))])
     try:
-        found, rotation, translation = cv2.solvePnP(places, np.ascontiguousarray(markers.uv), *markers.camera)
+        found, rotation, translation = cv2.solvePnP(positions, np.ascontiguousarray(markers.uv), *markers.camera)
     except cv2.error:  # for example for coincident markers or numeric overflow
         found = False
     if not found:
@@ -107,9 +117,9 @@ def _side(markers: SideMarkers, pose: np.ndarray) -> SideView:
 
 
 SIDES = ('left', 'right')
-WHOLE_COLUMN = 0.8  # of the rows, chosen: a column with fewer markers is cut off by the border of the image
-FINENESS = 0.8  # of the views' resolution; measured: marker positions are 3 % noisier, run time is a third shorter
-DULL, GLARING = 5, 250  # grey levels, chosen: range in which exposures are compared
+MIN_COLUMN_SHARE = 0.8  # of the rows; a column with fewer markers is cut off by the border of the image
+RELATIVE_RESOLUTION = 0.8  # of the views; measured: marker positions are 3 % noisier, run time is a third shorter
+MIN_LEVEL, MAX_LEVEL = 5, 250  # grey levels between which exposures are compared
 Intrinsics = tuple[np.ndarray, np.ndarray]
 
 
@@ -117,9 +127,18 @@ Intrinsics = tuple[np.ndarray, np.ndarray]
 class StitchingFit:
     """Result of a fit.
 
-    residual: RMS distance, m, of the markers in the stitched picture from the nominal grid, which includes the print's irregularity
-    overlap: RMS distance, m, between the two views of a marker, NaN without a shared marker
-    shared: columns that both cameras see; markers: number in the stitched picture
+    Attributes
+    ----------
+    stitching : Stitching
+        The stitching.
+    residual : float
+        RMS distance in m of the markers in the stitched image from the nominal grid, including the print's irregularity.
+    overlap : float
+        RMS distance in m between the two views of a marker; NaN without a shared marker.
+    shared : list of int
+        Columns visible to both cameras.
+    markers : int
+        Number of markers in the stitched image.
     """
 
     stitching: Stitching
@@ -129,14 +148,14 @@ class StitchingFit:
     markers: int
 
     def lines(self) -> list[str]:
-        """Report of the fit, with residuals in px and mm."""
+        """Describe the fit, with residuals in px and mm."""
         found, scale = self.stitching, self.stitching.scale
         shared = f'{self.shared[0]} to {self.shared[-1]}' if self.shared else 'none'
         cameras = [f'{name} ({", ".join(f"{1e3 * x:.2f}" for x in centre)}) mm' for name, centre in zip(SIDES, found.camera_centres)]
         both = f'; the two views of one differ by {self.overlap * scale:.3f} px, {self.overlap * 1e3:.4f} mm RMS' if self.shared else ''
-        return [f'stitched picture {found.size[0]} x {found.size[1]} px at {scale / 1e3:.3f} px/mm, {self.markers} markers; columns that '
-                f'both cameras see: {shared}',
-                f'markers off the nominal grid: {self.residual * scale:.3f} px, {self.residual * 1e3:.4f} mm RMS{both}',
+        return [f'stitched picture {found.size[0]} x {found.size[1]} px at {scale / 1e3:.3f} px/mm, {self.markers} markers; columns '
+                f'visible to both cameras: {shared}',
+                f'deviation of the markers from the nominal grid: {self.residual * scale:.3f} px, {self.residual * 1e3:.4f} mm RMS{both}',
                 f'cameras at {", ".join(cameras)}; grey levels times {found.left.gain:.3f} left, {found.right.gain:.3f} right']
 
 
@@ -183,7 +202,7 @@ def _numbered(image: np.ndarray, camera: Intrinsics, sensor: MarkerSensor, side:
 
 def _whole_columns(markers: SideMarkers, sensor: MarkerSensor) -> set[int]:
     column, count = np.unique(markers.id % sensor.columns, return_counts=True)
-    return set(column[count >= WHOLE_COLUMN * sensor.rows].tolist())
+    return set(column[count >= MIN_COLUMN_SHARE * sensor.rows].tolist())
 
 
 def _seam(whole: list[set[int]], sensor: MarkerSensor) -> float:
@@ -206,25 +225,27 @@ def _overlap(found: list[SideMarkers], sides: list[SideView]) -> float:
 
 
 def _laid_out(sides: list[SideView], seam: float, sensor: MarkerSensor) -> Stitching:
-    """Stitching that shows the whole sheet at FINENESS times the resolution of the views at their centres."""
+    """Stitching that shows the whole sheet at RELATIVE_RESOLUTION times the resolution of the views at their centres."""
     middle = [np.array([(side.size[0] - 1) / 2, (side.size[1] - 1) / 2]) for side in sides]
     steps = [np.diff(side.place(m + [[0, 0], [1, 0], [0, 1]]), axis=0) for side, m in zip(sides, middle)]
-    scale = float(np.round(FINENESS * np.mean([1 / np.linalg.norm(step[0]) for step in steps]), -1))
+    scale = float(np.round(RELATIVE_RESOLUTION * np.mean([1 / np.linalg.norm(step[0]) for step in steps]), -1))
     size = tuple(int(n) for n in np.ceil(np.asarray(sensor.size) * scale))
     origin = (np.asarray(size) - 1) / 2
     return Stitching(*sides, size, scale, origin, float(np.floor(origin[0] + seam * scale) + 0.5), _cut(sides))
 
 
 def _joined(found: list[SideMarkers], sides: list[SideView], grid: np.ndarray) -> Stitching:
-    """Stitching of two views that are cut at the middle of their overlap and put side by side: one scale and one origin, by least squares
-    over the markers of each half."""
+    """Stitching of two views that are cut at the middle of their overlap and put side by side.
+
+    One scale and one origin are fitted by least squares over the markers of each half.
+    """
     cut = _cut(sides)
     left, right = round(cut[0]), round(cut[1])
     shown = found[0].uv[:, 0] < left, found[1].uv[:, 0] >= right
     uv = np.concatenate([found[0].uv[shown[0]], found[1].uv[shown[1]] + [left - right, 0]])
     id = np.concatenate([markers.id[some] for markers, some in zip(found, shown)])
-    place, middle = grid[id] - grid[id].mean(axis=0), uv.mean(axis=0)
-    scale = float((place * (uv - middle)).sum() / (place**2).sum())
+    position, middle = grid[id] - grid[id].mean(axis=0), uv.mean(axis=0)
+    scale = float((position * (uv - middle)).sum() / (position**2).sum())
     size = left + sides[1].size[0] - right, sides[0].size[1]
     return Stitching(*sides, size, scale, middle - scale * grid[id].mean(axis=0), left - 0.5, cut)
 
@@ -238,7 +259,7 @@ def _cut(sides: list[SideView]) -> tuple[float, float]:
 
 
 def _matched(images: tuple, stitching: Stitching) -> Stitching:
-    """The stitching with gains that match the exposures in the overlap: the brighter view is darkened, so that nothing saturates."""
+    """Add gains that match the exposures in the overlap: the brighter view is darkened, so that nothing saturates."""
     ratio = _brightness_ratio(images, stitching)
     gains = (1.0, ratio) if ratio < 1 else (1 / ratio, 1.0)
     sides = [SideView(s.size, s.matrix, s.distortion, s.homography, s.camera_centre, float(gain))
@@ -249,12 +270,12 @@ def _matched(images: tuple, stitching: Stitching) -> Stitching:
 def _brightness_ratio(images: tuple, stitching: Stitching) -> float:
     """Brightness of the left view over that of the right one, over pixels bright in both; 1 without such pixels."""
     u, v = np.meshgrid(np.arange(0, stitching.size[0], 2), np.arange(0, stitching.size[1], 2))
-    places = stitching.place(np.stack([u, v], axis=-1))
+    positions = stitching.place(np.stack([u, v], axis=-1))
     levels = []
     for image, side in zip(images, (stitching.left, stitching.right)):
-        uv = side.project(places).astype(np.float32).reshape(*u.shape, 2)
+        uv = side.project(positions).astype(np.float32).reshape(*u.shape, 2)
         levels.append(cv2.remap(image if image.ndim == 2 else image.max(axis=2), uv, None, cv2.INTER_LINEAR).astype(float))
-    usable = (np.minimum(*levels) >= DULL) & (np.maximum(*levels) <= GLARING)
+    usable = (np.minimum(*levels) >= MIN_LEVEL) & (np.maximum(*levels) <= MAX_LEVEL)
     if not usable.any():
         return 1.0
     total = np.add(*levels)

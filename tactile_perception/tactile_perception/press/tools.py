@@ -1,7 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrates a sheet or a dome: fits the stitching of two cameras, press methods and the wrench to recordings of a tip pressed at known
-places."""
+"""Calibrates a sheet or a dome from recordings of a tip pressed at known positions.
+
+Fits the stitching of two cameras, the press methods and the wrench.
+"""
 from __future__ import annotations
 
 import sys
@@ -19,22 +21,22 @@ from tactile_driver.recordings.serialization import decode
 
 from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
 from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
-from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
-from ..calibration.residuals import outliers, report_residuals
 from ..common.camera import camera_pose
 from ..common.marker_sensor import MarkerSensor
+from ..common.residuals import outliers, report_residuals
+from ..core.calibration_file import CalibrationFile, Specimen, write_calibration
+from ..core.errors import BadCalibration, BadFrame, BadRecording
+from ..core.messages import camera_matrices, stamp_seconds
+from ..core.parameter_files import read_parameters
 from ..dots.tracker import DotTracker, find_pattern, make_tracker
-from ..errors import BadCalibration, BadFrame, BadRecording
-from ..nodes.messages import conversions as convert
-from ..parameters.file import read_parameters
 from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
 from .field import RestMarkers, middle_of_seen, view_maker
 from .methods import make_method, methods_for
 from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
-from .presses import SAME_PLACE, Found, Presses, held_out, marker_residuals, require_coverage, score
+from .presses import SAME_POSITION, Found, Presses, held_out, marker_residuals, require_coverage, score
 from .stitching import SIDES, StitchingFit, fit_stitching
 
-_TRIES = 5  # chosen: untouched pairs tried before the fit is given up
+_MAX_TRIES = 5  # untouched pairs before the fit is abandoned
 Matrices = tuple[np.ndarray, np.ndarray] | None
 
 
@@ -53,7 +55,7 @@ def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespa
                 return fit_stitching(images, cameras, sensor, dots['polarity'], dots['detection'], method)
             except (BadFrame, BadCalibration) as error:
                 reasons.append(f'{bag.name}: {error}')
-            if len(reasons) >= _TRIES:
+            if len(reasons) >= _MAX_TRIES:
                 break
     if reasons:
         raise BadCalibration('no stitching from untouched pairs: ' + '; '.join(dict.fromkeys(reasons)))
@@ -74,7 +76,7 @@ def _untouched(bag: Path, namespace: str) -> Iterator[tuple[tuple[np.ndarray, np
         for raw in reader.messages({*sides, *infos}):
             message = decode(raw.data, raw.type_name)
             if raw.topic in infos:
-                cameras[infos[raw.topic]] = convert.camera_matrices(message)
+                cameras[infos[raw.topic]] = camera_matrices(message)
                 continue
             views[sides[raw.topic]] = frame_of_message(message, 'image')
             if len(views) == 2:
@@ -93,7 +95,7 @@ def _free_stamps(reader: BagReader, prefix: str) -> set[int] | None:
     return {m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in found if not m.contacts}
 
 
-def tell_truth(bags: list[Path], namespace: str) -> bool:
+def have_truth(bags: list[Path], namespace: str) -> bool:
     """Whether one of the bags has ground truth of contacts."""
     for bag in bags:
         with BagReader(bag) as reader:
@@ -111,15 +113,22 @@ def write_stitching(output: Path, sensor_type: str, found: StitchingFit, specime
     return '\n'.join([*found.lines(), f'written: {output}, the stitching alone: no ground_truth/contacts in the recordings'])
 
 
-_TOUCHES = 1e-4  # m, chosen: smallest depth of a press
+_MIN_DEPTH = 1e-4  # m, of a press
 
 
 class PressReader:
-    """Reads presses from bags: the markers of each image with the true contact and wrench of its stamp.
+    """Reads presses from bags: the markers of each image with the true contact and wrench of the same stamp.
 
-    stitching: of two views, from the calibration file that the parameters name unless replaced; None for one camera
-    pattern: (K, 2) px, untouched positions, in the first image, of markers that form no grid; None for a grid
-    names: recording and time of each press; values: the parameters
+    Attributes
+    ----------
+    stitching : Stitching or None
+        Stitching of two views, by default from the calibration file that the parameters name; None for one camera.
+    pattern : ndarray, shape (K, 2), or None
+        Untouched positions, in px in the first image, of markers that form no grid; None for a grid.
+    names : list of str
+        Recording and time of each press.
+    values : Mapping
+        The parameters.
     """
 
     def __init__(self, params: Path, namespace: str):
@@ -136,7 +145,7 @@ class PressReader:
         tracker, rest = None, None
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
                                     open_bag=bag_opener(self._params, self.stitching)):
-            stamp_s, image = convert.stamp_seconds(found['image_raw'].header), image_to_array(found['image_raw'])
+            stamp_s, image = stamp_seconds(found['image_raw'].header), image_to_array(found['image_raw'])
             try:
                 if rest is None:
                     tracker, rest = self._begin(image, self._view_maker(bag))
@@ -160,7 +169,7 @@ class PressReader:
             raise BadCalibration(f'no usable press in the recordings; left out: {"; ".join(self.left_out[:3]) or "nothing"}')
         fields, position, depth, wrench = zip(*self._rows)
         position = np.array(position)
-        moved = np.r_[True, ~(np.hypot(*np.diff(position[:, :2], axis=0).T) < SAME_PLACE)]
+        moved = np.r_[True, ~(np.hypot(*np.diff(position[:, :2], axis=0).T) < SAME_POSITION)]
         return Presses(tuple(fields), position, np.array(depth), np.cumsum(moved), np.array(wrench))
 
     def _view_maker(self, bag: Path):
@@ -170,7 +179,7 @@ class PressReader:
         return make_view
 
     def _take_camera(self, message) -> None:
-        self._matrices = convert.camera_matrices(message)
+        self._matrices = camera_matrices(message)
         if self._matrices is None and self.stitching is None:
             raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_url of camera_node)')
 
@@ -179,22 +188,24 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
     """Tip (3,) m, depth m and wrench (6,) of one frame. Raises BadFrame for several contacts and for one that is too shallow."""
     contacts = found[TRUTH].contacts
     if len(contacts) > 1:
-        raise BadFrame(f'{len(contacts)} contacts; one tip at a time is needed')
+        raise BadFrame(f'{len(contacts)} contacts; press one tip at a time')
     force = np.full(6, np.nan)
     if TRUE_WRENCH in found:
         wrench = found[TRUE_WRENCH].wrench
         force = np.array([wrench.force.x, wrench.force.y, wrench.force.z, wrench.torque.x, wrench.torque.y, wrench.torque.z])
     if not contacts:
         return np.full(3, np.nan), 0.0, force
-    if not contacts[0].depth >= _TOUCHES:
+    if not contacts[0].depth >= _MIN_DEPTH:
         raise BadFrame(f'depth {contacts[0].depth * 1e3:.3f} mm: too shallow, the depth of first contact is uncertain')
     position = contacts[0].position
     return np.array([position.x, position.y, position.z]), contacts[0].depth, force
 
 
 def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[dict, dict[str, Found]]:
-    """Fit each method, or only one, to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when
-    none fits."""
+    """Fit each method, or only one, to the presses and cross-validate it.
+
+    Returns fitted numbers and results by method. Raises BadCalibration if none fits.
+    """
     known, methods, held = methods_for(reader.sensor), {}, {}
     for name in [only] if only else known:
         print(f'fitting {name} to {presses.touching.sum()} presses, and cross-validating it', file=sys.stderr, flush=True)
@@ -210,8 +221,10 @@ def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[
 
 
 def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> tuple[float, dict] | None:
-    """The stiffness, N/m, and the errors of the wrench (fit_stiffness); None without a model or recorded wrenches, and where the fit fails,
-    which left_out of the reader reports."""
+    """Fit the stiffness, N/m, and the errors of the wrench (fit_stiffness).
+
+    None without a model or recorded wrenches, and if the fit fails, which left_out of the reader reports.
+    """
     known = presses.touching & np.isfinite(presses.wrench).all(1)
     if not known.any():
         reader.left_out.append('wrench: no ground_truth/wrench was recorded with the presses')
@@ -228,8 +241,10 @@ def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> tuple[fl
 
 
 def read_plate(bag: Path, params: Path, namespace: str, of_tips: PressReader) -> Presses:
-    """The presses of a plate, in the views of the reader of_tips, whose left_out gets what is left out of them. Raises TactileError as
-    PressReader does."""
+    """Read the presses of a plate in the views of the reader of_tips, to whose left_out unusable frames are added.
+
+    Raises TactileError as PressReader does.
+    """
     reader = PressReader(params, namespace)
     reader.stitching = of_tips.stitching
     reader.read(bag)
@@ -239,14 +254,14 @@ def read_plate(bag: Path, params: Path, namespace: str, of_tips: PressReader) ->
 
 def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
                       plate: Path | None = None, only: str = '') -> str:
-    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device; plate: bag of a plate that is
-    pressed onto all markers of a sheet, for the paper's method; only: the method that is fitted, '' for all.
+    """Fit the methods, write the calibration file and the plot of its residuals, and return a report.
 
-    Raises TactileError for recordings that cannot determine any method.
+    plate: bag of a plate that is pressed onto all markers of a sheet, for the paper's method; only: the method to fit, empty for all. See
+    `SensorType.calibrate`.
     """
     reader = PressReader(params, namespace)
     stitched = find_stitching(bags, params, reader.sensor, namespace)
-    if stitched is not None and not tell_truth(bags, namespace):
+    if stitched is not None and not have_truth(bags, namespace):
         return write_stitching(output, reader.sensor.type, stitched, Specimen(serial, reader.values))
     reader.stitching = reader.stitching if stitched is None else stitched.stitching
     for bag in bags:
@@ -278,13 +293,14 @@ def _span(values: np.ndarray) -> list[float]:
 
 
 def report(presses: Presses, scores: dict[str, dict], methods: dict, wrench_errors: dict, left_out: list[str], output: Path) -> str:
-    """The report of the fit."""
-    lines = [f'{presses.touching.sum()} presses at {presses.places().max() + 1} places, {(~presses.touching).sum()} untouched frames',
+    """Describe the fit."""
+    lines = [f'{presses.touching.sum()} presses at {presses.position_labels().max() + 1} positions, '
+             f'{(~presses.touching).sum()} untouched frames',
              'errors at held-out positions, mean / 95 %:']
     lines += [f'  {name}: position {s["place_mean"] * 1e3:.2f} / {s["place_95"] * 1e3:.2f} mm, depth {s["depth_mean"] * 1e3:.2f} / '
               f'{s["depth_95"] * 1e3:.2f} mm, normalised squared error {s["squares"]:.2f}, missed {s["missed"]} of {s["presses"]}'
               for name, s in scores.items()]
-    lines.append('chosen: ' + best_method(scores, methods))
+    lines.append('best method: ' + best_method(scores, methods))
     if wrench_errors:
         lines.append(f'wrench error at the presses, median: force {wrench_errors["force"]:.1%}, moment {wrench_errors["moment"]:.1%}')
     lines += [f'left out: {line}' for line in left_out]

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..common.dots import Dots
 from ..common.marker_sensor import MarkerSensor, first_touch_height, rest_points
-from ..errors import BadArgument, BadCalibration
+from ..core.errors import BadArgument, BadCalibration
 from ..press.estimate import OUT_OF_RANGE, TouchEstimate
 from ..press.field import MarkerField, common_rest
 from ..press.methods import Method

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..common.dots import Dots
 from ..common.marker_sensor import MarkerSensor
-from ..errors import BadArgument, BadCalibration, BadFrame
+from ..core.errors import BadArgument, BadCalibration, BadFrame
 from ..press.estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..press.field import MarkerField, common_rest
 from ..press.methods import Method

@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 
 from ..common.estimates import NONE, SlipEstimate, next_state, planar_twist
+from ..taxel.estimator import Observed
 from ..taxel.pressure import SoftPad, TaxelArray
-from ..taxel.region import Regions, find_regions
+from ..taxel.region import find_regions
 from ..taxel.response import Response
 from ..taxel.wrench import GraspedObject, wrench_of
 
@@ -120,29 +121,30 @@ class PaperMethod:
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
-    def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
-        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels."""
+    def observe(self, pressure: np.ndarray, sigma: float, full: np.ndarray, stamp_s: float, can_roll: bool) -> Observed:
+        """Regions of nonzero taxels, pressure (rows, columns) unchanged, and slip since the last frame; sigma: noise of the pressure; full:
+        saturated taxels; stamp_s: s; can_roll changes nothing."""
         touched = pressure > ZERO_SIGMAS * sigma
         image = np.where(touched, pressure, 0)
         self.located, self.loops = image_moments(image, self._array), edge_loops(image, self._array)
-        return find_regions(touched.astype(np.float32), pressure, self._array, full=full), pressure
+        regions = find_regions(touched.astype(np.float32), pressure, self._array, full=full)
+        return Observed(regions, pressure, self._slip(bool(regions.all), pressure, stamp_s), None)
 
-    def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
-        """Slip since the last frame; stamp_s: s. None stands for the motion, which this method does not estimate."""
+    def _slip(self, touches: bool, pressure: np.ndarray, stamp_s: float) -> SlipEstimate:
         maximum = float(pressure.max(initial=0.0))
-        if not regions.all or maximum <= 0:
+        if not touches or maximum <= 0:
             self.reset()
-            return SlipEstimate(), None
+            return SlipEstimate()
         image = np.clip(pressure * (255 / maximum), 0, 255).astype(np.uint8)
         last, self._last = self._last, (image, stamp_s)
         corners = None if last is None or min(image.shape) < MIN_SIDE else cv2.goodFeaturesToTrack(last[0], **FEATURES)
         if corners is None or len(corners) < MIN_FEATURES:
-            return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None
+            return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3))
         now, status, _ = cv2.calcOpticalFlowPyrLK(last[0], image, corners, None, **FLOW)
         good = status.ravel() > 0
         if good.sum() < MIN_FEATURES:
-            return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None
-        return self._estimate(corners[good, 0], (now - corners)[good, 0], stamp_s - last[1]), None
+            return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3))
+        return self._estimate(corners[good, 0], (now - corners)[good, 0], stamp_s - last[1])
 
     def wrench(self, normal: float, contact: np.ndarray, touched: np.ndarray, pressure: np.ndarray, grasped: GraspedObject) -> np.ndarray:
         """(6,) N and N m of the object on the sensor: all forces act at the centre of the contact, by equations 1 to 3 (equation 9)."""

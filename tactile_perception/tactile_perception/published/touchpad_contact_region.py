@@ -17,8 +17,8 @@ import scipy
 
 from ..common.dots import Dots, GridNumbers
 from ..common.surface import grid_normals, label_score, to_grid
+from ..core.errors import BadArgument, BadFrame
 from ..dots.links import FARTHEST
-from ..errors import BadArgument, BadFrame
 from ..touchpad.contact import DotClassification
 from ..touchpad.membrane import MembraneMaterial
 from ..touchpad.pose import RigidMotion, fit_rigid

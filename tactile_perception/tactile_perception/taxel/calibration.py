@@ -9,40 +9,52 @@ from itertools import product
 import numpy as np
 
 from .._core.taxel import Hysteresis
-from ..errors import BadCalibration
+from ..core.errors import BadCalibration
 from .pressure import TaxelArray
-from .response import MOST_HELD, Loop, Response, followed
+from .response import MAX_HIDDEN, Loop, Response, followed
 
-_PARTS = 3  # folds of the cross-validation
-_LIGHT = 0.3  # of the largest force, added to each in the weights of the loop's fit, as in fit_response
-# Tried in the fit: reaches, of the largest load, and of each load; s: a layer that comes back through less than the whole range
-# shows its reach.
+_FOLDS = 3  # of the cross-validation
+# Grid of the fit: reaches over the largest load, reaches over each load, and relaxation times, s. A layer that is unloaded through less
+# than the whole range shows its reach.
 _REACHES = (0.0, 0.005, *np.geomspace(0.01, 0.32, 8).tolist())
-_RELATIVE = (0.0, 0.04, 0.08, 0.16, 0.32)
+_RELATIVE_REACHES = (0.0, 0.04, 0.08, 0.16, 0.32)
 _RELAXATIONS = np.geomspace(0.1, 10, 5).tolist()
-_LATE_S = (0.1, 0.4, 1.6, 6.4, 25.6)  # s, after which parts of a load are shown: what lies between is a sum of two of them
-_FARTHEST = 0.5  # of the largest load, up to which both reaches together are tried: farther, it is not seen on the way back
-_BETTER = 0.7  # of the residuals without a loop, below which those with one must be: noise alone gains a few percent
-# Of the residuals without late parts, below which those with them must be: a hard loop that is not quite that of the layer looks
-# like a softer one with a little that is late.
-_SLOWER = 0.5
-_RESTED_S = 1e6  # s, before the first load
-_KNEE = 0.05  # of the largest calibrated change, below which pressure may rise faster (a sensor with a dead zone).
-_FEWEST = 3  # loads: one for each coefficient of the curve
-_SMALL = 0.3  # of the largest force, added to each force in the weights: relative error of large forces, absolute of small ones.
-_REACHED = 0.95  # part of the taxels that an even load must reach.
-_RESPONDING = 0.3  # of the mean change, from which a taxel is reached: below the least gain
-_LOADED = 0.05  # of the largest mean change, from which a frame is used for gains.
-_GAINS = (0.5, 2.0)  # plausible range; a taxel outside it keeps gain 1.
+_LATE_S = (0.1, 0.4, 1.6, 6.4, 25.6)  # s, delays of the late parts; a delay in between is a sum of two of them
+_MAX_REACH = 0.5  # of the largest load, both reaches together; a larger one is not visible during unloading
+_MAX_LOOP_RESIDUAL = 0.7  # of the residual without a loop, for a loop to be accepted; noise alone reduces it by a few percent
+# Of the residual without late parts, for late parts to be accepted: a hard loop that differs a little from that of the layer resembles a
+# softer one with a small late part.
+_MAX_LATE_RESIDUAL = 0.5
+_UNLOADED_S = 1e6  # s, before the first load
+_KNEE = 0.05  # of the largest calibrated change; below it pressure may rise faster (a sensor with a dead zone)
+_MIN_LOADS = 3  # one for each coefficient of the curve
+_WEIGHT_FLOOR = 0.3  # of the largest force, added to each in the weights: errors of large forces count relatively, others absolutely
+_MIN_COVERAGE = 0.95  # share of the taxels that respond to an even load
+_MIN_RESPONSE = 0.3  # of the mean change, for a taxel to respond; below the smallest gain
+_MIN_LOAD = 0.05  # of the largest mean change, for a frame to be used for gains
+_GAIN_RANGE = (0.5, 2.0)  # a taxel with a gain outside it keeps gain 1
 
 
 @dataclass
 class Loads:
-    """Mean frame under each load, and after it, in their order.
+    """Mean frames under N loads and after them, in temporal order.
 
-    changes: (N, rows, columns), less the untouched frame; forces: (N,) N, 0 after a load; zero: untouched frame (rows, columns) or None;
-    left_out: one line per unusable frame; when: recording and time of each load; times: (N,) s; bags: (N,) number of the recording;
-    levels: (N,) number of the stretch of equal loads that it belongs to.
+    Attributes
+    ----------
+    changes : ndarray, shape (N, rows, columns)
+        Values minus the untouched frame.
+    forces : ndarray, shape (N,)
+        Normal forces in N; 0 after a load.
+    zero : ndarray, shape (rows, columns), or None
+        Untouched frame; None if none was recorded.
+    left_out : list of str
+        One line for each unusable frame.
+    when : list of str
+        Recording and time of each load.
+    times : ndarray, shape (N,)
+        Times in s.
+    bags, levels : ndarray, shape (N,)
+        Number of the recording, and of the interval of equal loads, that each load belongs to.
     """
 
     changes: np.ndarray
@@ -56,64 +68,65 @@ class Loads:
 
 
 def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: np.ndarray) -> Loop:
-    """The loop by loads (N,), Pa, at times (N,) s in their order, some of them rising and some falling, and none after them.
+    """Fit the hysteresis loop to loads (N,), Pa, at times (N,), s, in temporal order, with rising and falling loads.
 
-    terms: (N, K), nonnegative combinations of which are what the layer shows; weights: (N,) of the residuals, 0 to leave one out. No loop
-    where one does not explain the loads much better than none. What the layer shows late and what it holds add up to the load: for a
-    reach and a relaxation, nonnegative least squares give all shares.
+    terms: (N, K), whose nonnegative combinations are the shown pressure; weights: (N,), of the residuals, 0 to leave one out. The result is
+    no loop unless a loop explains the loads much better. The shown, the late and the held part add up to the load: for given reaches and
+    relaxation, nonnegative least squares give all shares.
     """
     from scipy.optimize import nnls  # calibration alone needs it
-    intervals, most = np.diff(times, prepend=times[0] - _RESTED_S), float(loads.max())
-    lasts = [time for time in _LATE_S if time <= intervals[intervals < 0.5 * _RESTED_S].sum()]
+    intervals, largest = np.diff(times, prepend=times[0] - _UNLOADED_S), float(loads.max())
+    delays = [time for time in _LATE_S if time <= intervals[intervals < 0.5 * _UNLOADED_S].sum()]
     terms = terms / np.maximum(np.abs(terms).max(axis=0), 1e-300)
 
-    loops = [Loop(0.0, most * reach, relative, relaxation) for reach, relative, relaxation in product(_REACHES, _RELATIVE, _RELAXATIONS)
-             if 0 < reach + relative <= _FARTHEST]
+    loops = [Loop(0.0, largest * reach, relative, relaxation)
+             for reach, relative, relaxation in product(_REACHES, _RELATIVE_REACHES, _RELAXATIONS) if 0 < reach + relative <= _MAX_REACH]
     held_back = [loads - loop.held(loads, intervals) for loop in loops]
 
     def fitted(hidden: list[np.ndarray]) -> tuple[np.ndarray, float]:
-        """Shares of what is hidden, and the residual."""
-        parts, left = nnls(np.column_stack([terms, *hidden]) * weights[:, None], loads * weights)
-        return parts[terms.shape[1]:], left
+        """Shares of the hidden parts, and the residual."""
+        parts, residual = nnls(np.column_stack([terms, *hidden]) * weights[:, None], loads * weights)
+        return parts[terms.shape[1]:], residual
 
     def best(late_s: list[float]) -> tuple[float, Loop]:
-        """The least residual with parts that are shown after late_s, s, and its loop."""
-        least, found = np.inf, Loop()
+        """Find the smallest residual with late parts of these delays, s, and its loop."""
+        smallest, found = np.inf, Loop()
         late = [loads - followed(loads, intervals, time) for time in late_s]
         for loop, hidden in zip(loops, held_back):
-            parts, left = fitted([*late, hidden])
+            parts, residual = fitted([*late, hidden])
             slow = parts[:-1]
-            if left < least and parts.sum() <= MOST_HELD:
-                least, found = left, replace(loop, share=float(parts[-1] / (1 - slow.sum())), late=tuple(slow[slow > 0].tolist()),
-                                             late_s=tuple(np.array(late_s)[slow > 0].tolist()))
-        return least, found
+            if residual < smallest and parts.sum() <= MAX_HIDDEN:
+                smallest = residual
+                found = replace(loop, share=float(parts[-1] / (1 - slow.sum())), late=tuple(slow[slow > 0].tolist()),
+                                late_s=tuple(np.array(late_s)[slow > 0].tolist()))
+        return smallest, found
 
-    none, (least, loop), (with_late, late_loop) = fitted([])[1], best([]), best(lasts)
-    if with_late < _SLOWER * least:
-        least, loop = with_late, late_loop
-    return loop if least < _BETTER * none else Loop()
+    without_loop, (residual, loop), (late_residual, late_loop) = fitted([])[1], best([]), best(delays)
+    if late_residual < _MAX_LATE_RESIDUAL * residual:
+        residual, loop = late_residual, late_loop
+    return loop if residual < _MAX_LOOP_RESIDUAL * without_loop else Loop()
 
 
 def _curve_terms(value: np.ndarray, knee: float) -> np.ndarray:
-    """(3, ...) terms that scale multiplies."""
+    """Compute the terms (3, ...) of the response curve, which scale multiplies."""
     size = np.abs(value)
     return np.stack([value, value * size, value * knee / (size + knee)])
 
 
 def fit_gains(changes: np.ndarray) -> np.ndarray | None:
-    """Gains (rows, columns), mean about 1, from changes (N, rows, columns) under even loads; None with fewer than 3 even loads."""
+    """Fit gains (rows, columns), mean about 1, to changes (N, rows, columns) under even loads; None with fewer than 3 even loads."""
     mean = changes.mean(axis=(1, 2))
-    even = mean > _LOADED * max(float(mean.max(initial=0.0)), 1e-9)
-    spread = (changes > _RESPONDING * mean[:, None, None]).mean(axis=(1, 2))
-    even &= spread > _REACHED
-    if even.sum() < _FEWEST:
+    even = mean > _MIN_LOAD * max(float(mean.max(initial=0.0)), 1e-9)
+    spread = (changes > _MIN_RESPONSE * mean[:, None, None]).mean(axis=(1, 2))
+    even &= spread > _MIN_COVERAGE
+    if even.sum() < _MIN_LOADS:
         return None
     gains = np.einsum('n,nij->ij', mean[even], changes[even]) / np.sum(mean[even]**2)
-    return np.where((gains > _GAINS[0]) & (gains < _GAINS[1]), gains, 1.0).astype(np.float32)
+    return np.where((gains > _GAIN_RANGE[0]) & (gains < _GAIN_RANGE[1]), gains, 1.0).astype(np.float32)
 
 
 def force_terms(changes: np.ndarray, taxel_area: float, gain: np.ndarray | None = None) -> tuple[np.ndarray, float]:
-    """What scale multiplies in the forces (N,) of changes (N, rows, columns), (N, 3), and the curve's knee; see fit_response."""
+    """Terms (N, 3), which scale multiplies, of the forces under changes (N, rows, columns), and the knee of the curve."""
     value = (changes if gain is None else changes / gain).reshape(len(changes), -1).astype(float)
     knee = _KNEE * float(value.max(initial=0))
     return taxel_area * _curve_terms(value, max(knee, 1e-12)).sum(axis=2).T, knee
@@ -121,58 +134,59 @@ def force_terms(changes: np.ndarray, taxel_area: float, gain: np.ndarray | None 
 
 def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
                  gain: np.ndarray | None = None) -> tuple[Response, np.ndarray]:
-    """Nonnegative least squares fit of the response to normal forces (N,), N, with changes (N, rows, columns), and its predictions (N,), N.
+    """Fit the response to normal forces (N,), N, by nonnegative least squares, and predict them (N,), N.
 
-    taxel_area: m^2; gain: (rows, columns). Forces that are NaN or not positive are skipped. Raises BadCalibration where the loads do not
-    determine the response.
+    changes: (N, rows, columns); taxel_area: m^2; gain: (rows, columns). Forces that are NaN or not positive are skipped. Raises
+    BadCalibration if the loads do not determine the response.
     """
     forces = np.asarray(forces, float)
     known = np.isfinite(forces) & (forces > 0)
-    if np.unique(np.round(forces[known], 6)).size < _FEWEST:
-        raise BadCalibration(f'normal force: {np.unique(np.round(forces[known], 6)).size} different loads; at least {_FEWEST} are needed')
+    if np.unique(np.round(forces[known], 6)).size < _MIN_LOADS:
+        raise BadCalibration(f'normal force: {np.unique(np.round(forces[known], 6)).size} different loads, at least {_MIN_LOADS} needed')
     rows, knee = force_terms(changes, taxel_area, gain)
     if not (rows[known, 0] > 0).all():
         raise BadCalibration('normal force: the sensor does not respond to some of the loads')
     unit = rows[known].mean(axis=0)
-    weight = forces[known] + _SMALL * forces[known].max()
+    weight = forces[known] + _WEIGHT_FLOOR * forces[known].max()
     from scipy.optimize import nnls  # calibration alone needs it
     scale = nnls(rows[known] / unit / weight[:, None], forces[known] / weight)[0] / unit
     return Response(tuple(float(s) for s in scale), knee, gain, True), rows @ scale
 
 
 def loaded_areas(loads: Loads, taxel_area: float) -> np.ndarray:
-    """(N,) m^2 under each load: that of even pressure with the same sum and sum of squares of changes; after a load, as under it."""
+    """Area (N,), m^2, under each load: that of even pressure with the same sum and sum of squares; after a load, as under it."""
     flat = np.maximum(loads.changes, 0).reshape(len(loads.changes), -1)
     areas = taxel_area * flat.sum(axis=1)**2 / np.maximum((flat**2).sum(axis=1), 1e-12)
     return areas[np.maximum.accumulate(np.where(loads.forces == 0, 0, np.arange(len(areas))))]
 
 
 def find_loop(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> tuple[Loop, np.ndarray]:
-    """The loop between rising and falling loads, and (N,) N, what of each load the sensor shows, NaN after it. Times between
-    recordings count as rest."""
+    """Fit the loop between rising and falling loads, and compute the part (N,), N, of each load that the sensor shows; NaN after a load.
+
+    The sensor is taken as unloaded between recordings.
+    """
     areas = loaded_areas(loads, array.taxel_area)
     terms = force_terms(loads.changes, array.taxel_area, gain)[0] / areas[:, None]
-    weights = areas / (loads.forces + _LIGHT * loads.forces.max())
-    times = _rested(loads)
+    weights = areas / (loads.forces + _WEIGHT_FLOOR * loads.forces.max())
+    times = _separated_times(loads)
     loop = fit_loop(times, loads.forces / areas, terms, weights)
-    shown = loop.shown(loads.forces / areas, np.diff(times, prepend=times[0] - 1e6)) * areas
+    shown = loop.shown(loads.forces / areas, np.diff(times, prepend=times[0] - _UNLOADED_S)) * areas
     return loop, np.where(loads.forces > 0, shown, np.nan)
 
 
-def _rested(loads: Loads) -> np.ndarray:
-    """(N,) s, times of the loads, with a rest between recordings."""
-    return loads.times - loads.times.min() + 1e6 * loads.bags
+def _separated_times(loads: Loads) -> np.ndarray:
+    """Take the times (N,), s, of the loads, with unloaded time between recordings."""
+    return loads.times - loads.times.min() + _UNLOADED_S * loads.bags
 
 
 def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop, shown: np.ndarray) -> np.ndarray:
-    """Cross-validation errors (N,) of the forces, relative, with the loop undone; NaN after loads, and where other folds do not
-    determine the response.
+    """Relative cross-validation errors (N,) of the forces, with the loop compensated.
 
-    loop, shown: see find_loop.
+    NaN after loads, and where the other folds do not determine the response. loop, shown: from find_loop.
     """
-    seen, held_out = np.full(len(loads.forces), np.nan), loads.levels % _PARTS
-    areas, times = loaded_areas(loads, array.taxel_area), _rested(loads)
-    for part in range(_PARTS):
+    seen, held_out = np.full(len(loads.forces), np.nan), loads.levels % _FOLDS
+    areas, times = loaded_areas(loads, array.taxel_area), _separated_times(loads)
+    for part in range(_FOLDS):
         out = held_out == part
         try:
             response, _ = fit_response(loads.changes[~out], shown[~out], array.taxel_area, gain)
@@ -190,6 +204,6 @@ def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, lo
 
 
 def calibrated_response(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop, shown: np.ndarray) -> Response:
-    """The response to loads, with the loop and the untouched values. loop, shown: see find_loop."""
+    """Fit the response to loads, with the loop and the untouched values. loop, shown: from find_loop."""
     response, _ = fit_response(loads.changes, shown, array.taxel_area, gain)
     return replace(response, loop=loop, zero=None if loads.zero is None else np.float32(loads.zero))

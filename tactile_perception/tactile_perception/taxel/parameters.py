@@ -12,9 +12,9 @@ import numpy as np
 from tactile_driver.parameters.table import Parameter
 
 from ..common.geometry import FrameTree
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from .estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
-from .pressure import LARGEST, SoftPad, TaxelArray
+from .pressure import MAX_SIZE, SoftPad, TaxelArray
 from .response import SENSOR, Response, read_taxels
 from .wrench import GraspedObject
 
@@ -23,12 +23,12 @@ _HERE = np.eye(3), np.zeros(3)
 
 TAXEL_SENSOR_PARAMETERS = (
     _fixed('sensor_type', str, SENSOR, '', 'sensor type; a calibration file must be for the same type', choices=(SENSOR,)),
-    _fixed('rows', int, 44, '', 'rows of taxels: the height of the image', 1, LARGEST),
-    _fixed('columns', int, 44, '', 'columns of taxels: the width of the image', 1, LARGEST),
+    _fixed('rows', int, 44, '', 'rows of taxels: the height of the image', 1, MAX_SIZE),
+    _fixed('columns', int, 44, '', 'columns of taxels: the width of the image', 1, MAX_SIZE),
     _fixed('pitch', float, 0.001, 'm', 'distance between taxels along rows and columns', 1e-5, 0.1),
     _fixed('bits', int, 0, '', 'bits of a value: full scale is 2^bits - 1; 0: not known, a largest value of an image that is 2^8 - 1 to '
            '2^16 - 1 is full scale', choices=(0, *range(8, 17))),
-    _fixed('dead_taxels', list[int], [-1], '', 'indices (row * columns + column) of dead taxels; -1: none', -1, LARGEST**2),
+    _fixed('dead_taxels', list[int], [-1], '', 'indices (row * columns + column) of dead taxels; -1: none', -1, MAX_SIZE**2),
     _fixed('pad.thickness', float, 0.002, 'm', 'thickness of the soft pad', 1e-5, 0.1),
     _fixed('pad.stiffness', float, 3e5, 'Pa', 'pressure under a wide flat plate, divided by depth / thickness', 1.0, 1e9),
     _fixed('pad.shear_modulus', float, 1e5, 'Pa', 'shear modulus of the pad', 1.0, 1e9),
@@ -41,6 +41,7 @@ OBJECT_PARAMETERS = (
               'indentation depth of the object; negative: not known. Gives the force where pressure does not', -1.0, 0.1),
     Parameter('object.width', float, 0.0, 'm',
               'width of the object between the fingers, which gives the depth with gripper.joint; 0: not known', 0.0, 10.0),
+    Parameter('object.can_roll', bool, True, '', 'whether the object can roll over the pad; false: two parallel fingers hold it'),
     Parameter('object.weight', float, 0.0, 'N',
               'weight of the object between two fingers; 0: not known, friction forces are NaN', 0.0, 1e4),
     Parameter('object.gravity', list[float], [0.0, 1.0, 0.0], '', 'direction of gravity', -1.0, 1.0),
@@ -71,12 +72,12 @@ TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
 
 
 def taxel_array(values: Mapping) -> TaxelArray:
-    """The array that values (of TAXEL_SENSOR_PARAMETERS) describe."""
+    """Make the array that values (of TAXEL_SENSOR_PARAMETERS) describe."""
     return TaxelArray(values['rows'], values['columns'], values['pitch'], 2.0**values['bits'] - 1 if values['bits'] else np.inf)
 
 
 def taxel_estimator(values: Mapping) -> TaxelEstimator:
-    """The estimator that values (of TAXEL_PARAMETERS) describe. Raises BadArgument, BadCalibration for inconsistent values."""
+    """Make the estimator that values (of TAXEL_PARAMETERS) describe. Raises BadArgument or BadCalibration for inconsistent values."""
     array = taxel_array(values)
     pad = SoftPad(*(values[f'pad.{name}'] for name in ('thickness', 'stiffness', 'shear_modulus', 'friction')))
     response = read_taxels(values['calibration'], array, values) if values['calibration'] else Response()
@@ -90,13 +91,15 @@ def taxel_estimator(values: Mapping) -> TaxelEstimator:
 
 
 def frames_of(values: Mapping) -> set[str]:
-    """The tf frames that values (of OBJECT_PARAMETERS) name."""
+    """Collect the tf frames that values (of OBJECT_PARAMETERS) name."""
     return {values[name] for name in ('object.gravity_frame', 'object.centre_of_mass_frame')} - {''}
 
 
 def contact_depth(values: Mapping, position: float) -> float:
-    """z_c of eq 5, m, of a gripper whose joint is at a position: half of what the object is wider than the gap between the pads; negative
-    where the gap is wider, NaN without the object's width. values: of GRIPPER_PARAMETERS and OBJECT_PARAMETERS."""
+    """Depth z_c of eq 5, m, of a gripper whose joint is at a position: half of the object's width minus the gap between the pads.
+
+    It is negative if the gap is wider, and NaN without the object's width. values: of GRIPPER_PARAMETERS and OBJECT_PARAMETERS.
+    """
     if not values['object.width'] > 0:
         return np.nan
     gap = values['gripper.sign'] * (position - values['gripper.zero'])
@@ -104,19 +107,22 @@ def contact_depth(values: Mapping, position: float) -> float:
 
 
 def grasped_object(values: Mapping, tree: FrameTree = FrameTree(), sensor_frame: str = '') -> GraspedObject:
-    """The object in the sensor frame, from values (of OBJECT_PARAMETERS). What is given in a frame that tree does not connect to
-    sensor_frame is NaN. Raises BadArgument for a gravity or a centre of mass without three numbers, and for a gravity of 0."""
+    """Make the grasped object, in the sensor frame, from values (of OBJECT_PARAMETERS).
+
+    Quantities given in a frame that tree does not connect to sensor_frame are NaN. Raises BadArgument for a gravity or a centre of mass
+    without three numbers, and for a gravity of 0.
+    """
     gravity, mass = (np.array(values[f'object.{name}'], float) for name in ('gravity', 'centre_of_mass'))
     if gravity.shape != (3,) or mass.shape != (3,) or not np.linalg.norm(gravity) > 0:
         raise BadArgument('parameters object.gravity and object.centre_of_mass must have three numbers each, and gravity a direction')
     poses = {name: tree.pose(name, sensor_frame) for name in frames_of(values)} | {'': _HERE}
     if None in poses.values():
-        return GraspedObject(_depth(values))
+        return GraspedObject(_depth(values), can_roll=values['object.can_roll'])
     rotation, _ = poses[values['object.gravity_frame']]
-    turn, place = poses[values['object.centre_of_mass_frame']]
+    rotation_of_centre, origin = poses[values['object.centre_of_mass_frame']]
     weight = values['object.weight']
     held = rotation @ gravity * (weight / np.linalg.norm(gravity)) if weight > 0 else np.full(3, np.nan)
-    return GraspedObject(_depth(values), held, turn @ mass + place)
+    return GraspedObject(_depth(values), held, rotation_of_centre @ mass + origin, values['object.can_roll'])
 
 
 def _depth(values: Mapping) -> float:

@@ -8,21 +8,34 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import cv2
 import numpy as np
 
-from ..errors import BadArgument, BadFrame
+from .._core.taxel import Pad
+from ..core.errors import BadArgument, BadFrame
 
-LARGEST = 256  # rows or columns: the largest size that the tests cover
+MAX_SIZE = 256  # rows or columns; the largest size that the tests cover
 _FULL_SCALES = tuple(2.0**bits - 1 for bits in range(8, 17))
 
 
 @dataclass(frozen=True)
 class SoftPad:
-    """The pad on the array.
+    """The soft pad on the array.
 
-    thickness: m (default: 2 mm of the paper); stiffness: Pa, pressure under a wide flat plate over depth / thickness (E of eq 5);
-    shear_modulus: Pa; friction: coefficient between pad and object. Raises BadArgument for values that are not positive and finite.
+    Parameters
+    ----------
+    thickness : float
+        Thickness in m; by default the 2 mm of the paper.
+    stiffness : float
+        Pressure under a wide flat plate over depth / thickness, in Pa (E of eq 5).
+    shear_modulus : float
+        Shear modulus in Pa.
+    friction : float
+        Friction coefficient between pad and object.
+
+    Raises
+    ------
+    BadArgument
+        If a value is not positive and finite.
     """
 
     thickness: float = 0.002
@@ -37,15 +50,27 @@ class SoftPad:
 
     @property
     def shear_stiffness(self) -> float:
-        """Pa/m: traction per m of tangential displacement of the pad's surface."""
+        """Traction per tangential displacement of the pad's surface, in Pa/m."""
         return self.shear_modulus / self.thickness
 
 
 @dataclass(frozen=True)
 class TaxelArray:
-    """rows x columns taxels, pitch m apart along both; the sensor frame's origin is in the middle, x along columns, y along rows.
+    """Geometry of a taxel array. The sensor frame has its origin in the middle, x along columns and y along rows.
 
-    full_scale: largest value of a taxel, inf where it is not known. Raises BadArgument for sizes out of range.
+    Parameters
+    ----------
+    rows, columns : int
+        Numbers of taxels.
+    pitch : float
+        Distance between taxels along rows and columns in m.
+    full_scale : float
+        Largest value of a taxel; inf if unknown.
+
+    Raises
+    ------
+    BadArgument
+        If a size is out of range.
     """
 
     rows: int
@@ -54,32 +79,48 @@ class TaxelArray:
     full_scale: float = 255.0
 
     def __post_init__(self):
-        if not (1 <= self.rows <= LARGEST and 1 <= self.columns <= LARGEST and 0 < self.pitch < 1 and self.full_scale > 0):
-            raise BadArgument(f'taxel array: need 1 to {LARGEST} rows and columns, a pitch of 0 to 1 m and a positive full scale, got '
+        if not (1 <= self.rows <= MAX_SIZE and 1 <= self.columns <= MAX_SIZE and 0 < self.pitch < 1 and self.full_scale > 0):
+            raise BadArgument(f'taxel array: need 1 to {MAX_SIZE} rows and columns, a pitch of 0 to 1 m and a positive full scale, got '
                               f'{self.rows} x {self.columns}, {self.pitch} m, {self.full_scale}')
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(rows, columns)."""
+        """Numbers of rows and columns."""
         return self.rows, self.columns
 
     @property
     def taxel_area(self) -> float:
-        """m^2."""
+        """Area of a taxel in m^2."""
         return self.pitch**2
 
     @cached_property
     def x(self) -> np.ndarray:
-        """(columns,) m."""
+        """Coordinates (columns,) of the columns in m."""
         return (np.arange(self.columns) - 0.5 * (self.columns - 1)) * self.pitch
 
     @cached_property
     def y(self) -> np.ndarray:
-        """(rows,) m."""
+        """Coordinates (rows,) of the rows in m."""
         return (np.arange(self.rows) - 0.5 * (self.rows - 1)) * self.pitch
 
     def frame(self, values: np.ndarray) -> np.ndarray:
-        """values (rows, columns) of any real type as float32; values out of range become NaN. Raises BadFrame for another shape or type."""
+        """Convert values of any real type to float32.
+
+        Parameters
+        ----------
+        values : ndarray, shape (rows, columns)
+            Values of the taxels.
+
+        Returns
+        -------
+        ndarray, shape (rows, columns), float32
+            The values; NaN where they are out of range.
+
+        Raises
+        ------
+        BadFrame
+            If shape or type are wrong.
+        """
         values = np.asarray(values)
         if values.shape != self.shape:
             raise BadFrame(f'taxel image is {" x ".join(map(str, values.shape))}, the sensor has {self.rows} x {self.columns} taxels')
@@ -91,8 +132,10 @@ class TaxelArray:
         return frame
 
     def scale_of(self, values: np.ndarray) -> float:
-        """Full scale of an image (rows, columns): the known one; else 255 of 8 bits; else the image's largest value, if that is the largest
-        of so many bits; else inf."""
+        """Full scale of an image (rows, columns).
+
+        It is the known one; else 255 for 8 bits; else the largest value of the image, if that is 2^n - 1; else inf.
+        """
         if math.isfinite(self.full_scale):
             return self.full_scale
         if values.dtype == np.uint8:
@@ -100,7 +143,7 @@ class TaxelArray:
         return next((full for full in _FULL_SCALES if full == values.max()), math.inf)
 
     def dead(self, taxels: Sequence[int]) -> np.ndarray:
-        """(rows, columns) bool from indices row * columns + column. Raises BadArgument for an index out of range."""
+        """Mask (rows, columns) bool of the indices row * columns + column. Raises BadArgument for an index out of range."""
         mask, numbers = np.zeros(self.rows * self.columns, bool), np.asarray(taxels, int).ravel()
         if numbers.size and (numbers.min() < 0 or numbers.max() >= mask.size):
             raise BadArgument(f'dead taxels: indices must be 0 to {mask.size - 1} (row * columns + column), got {numbers.tolist()}')
@@ -108,6 +151,7 @@ class TaxelArray:
         return mask.reshape(self.shape)
 
 
-def grown(mask: np.ndarray, around: int) -> np.ndarray:
-    """(rows, columns) bool: mask (rows, columns) bool and the taxels within around of it along both axes."""
-    return cv2.dilate(mask.view(np.uint8), np.ones((2 * around + 1,) * 2, np.uint8)).view(bool) if around else mask
+def pad_on(array: TaxelArray, pad: SoftPad) -> Pad:
+    """Make the pad on the array for the kernels."""
+    return Pad(rows=array.rows, columns=array.columns, pitch=array.pitch, thickness=pad.thickness / array.pitch,
+               stiffness=pad.shear_stiffness, friction=pad.friction)

@@ -9,25 +9,43 @@ from pathlib import Path
 
 import numpy as np
 
-from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration
-from ..errors import BadArgument, BadCalibration
+from ..core.calibration_file import AGAIN, CalibrationFile, Specimen, read_calibration
+from ..core.errors import BadArgument, BadCalibration
 from .pressure import TaxelArray
 
 SENSOR = 'taxel_array'
 UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N',
          'loop': 'share 1, reach Pa, relative 1, relaxation s, late 1, late_s s'}
-MOST_HELD = 0.9  # largest share of a loop, and of late parts: beyond, noise is ten times as large
-_HIDDEN_NOISE = 0.3  # of the hidden part's share of changes: how much of it adds to the noise, as it is blurred by a taxel
+MAX_HIDDEN = 0.9  # largest share of a loop, and of all late parts; compensation multiplies noise by ten there
+_HIDDEN_NOISE = 0.3  # part of the hidden share of changes that adds to the noise, since it is blurred over a taxel
 
 
 @dataclass(frozen=True)
 class Loop:
-    """How a sensing layer shows a load: a part of it late, a part of the rest held by play with relaxation.
+    """Hysteresis of a sensing layer: a part of a load is shown late, and a part of the remainder is held by play with relaxation.
 
-    late: parts of a load that are shown after late_s, s, each (creep, a chain of Kelvin elements); share: part of the held load in the
-    rest, 0 for no loop. The held load stays until the load is farther from it than its reach, follows at that distance (play operator,
-    Visintin 1994), and creeps towards a load that rests within relaxation, s. reach: Pa, and relative: part of the load, farthest distance
-    of load and held load. Raises BadArgument for numbers that are no loop.
+    The held load stays constant until the load differs from it by more than the reach, then follows at that distance (play operator,
+    Visintin 1994), and creeps towards a constant load.
+
+    Parameters
+    ----------
+    share : float
+        Share of the held load in the part that is not late; 0 for no loop.
+    reach : float
+        Largest difference between load and held load in Pa.
+    relative : float
+        Largest difference over the load, added to reach.
+    relaxation : float
+        Time constant of the creep towards a constant load in s.
+    late : tuple of float
+        Parts of a load that are shown late (creep, a chain of Kelvin elements).
+    late_s : tuple of float
+        Time constant of each late part in s.
+
+    Raises
+    ------
+    BadArgument
+        If a number is out of range.
     """
 
     share: float = 0.0
@@ -38,41 +56,41 @@ class Loop:
     late_s: tuple[float, ...] = ()
 
     def __post_init__(self):
-        if not (0 <= self.share <= MOST_HELD and 0 <= self.reach < np.inf and 0 <= self.relative <= 1 and 0 < self.relaxation < np.inf):
-            raise BadArgument(f'taxel response: a loop needs a share from 0 to {MOST_HELD}, a reach of at least 0, a relative reach from '
+        if not (0 <= self.share <= MAX_HIDDEN and 0 <= self.reach < np.inf and 0 <= self.relative <= 1 and 0 < self.relaxation < np.inf):
+            raise BadArgument(f'taxel response: a loop needs a share from 0 to {MAX_HIDDEN}, a reach of at least 0, a relative reach from '
                               f'0 to 1 and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
-        if not (len(self.late) == len(self.late_s) and all(0 <= part for part in self.late) and self.at_once >= 1 - MOST_HELD and
+        if not (len(self.late) == len(self.late_s) and all(0 <= part for part in self.late) and self.at_once >= 1 - MAX_HIDDEN and
                 all(0 < time < np.inf for time in self.late_s)):
-            raise BadArgument(f'taxel response: late parts of a loop need a positive time each, and a sum up to {MOST_HELD}, got '
+            raise BadArgument(f'taxel response: late parts of a loop need a positive time each, and a sum up to {MAX_HIDDEN}, got '
                               f'{self.late}, {self.late_s}')
 
     @property
     def is_none(self) -> bool:
-        """Whether nothing is held and nothing late."""
+        """Whether no part is held or late."""
         return not self.share and not self.late
 
     @property
     def at_once(self) -> float:
-        """Part of a load that is not shown late."""
+        """Part of a load that is shown at once."""
         return 1 - sum(self.late)
 
     def width(self, load: float | np.ndarray) -> float | np.ndarray:
-        """Largest difference, Pa, between what is shown of the same load as it rises to load, Pa, and as it falls from there."""
+        """Largest difference, Pa, between the pressures shown under the same load while it rises to load, Pa, and falls from there."""
         held = 2 * self.share * np.minimum(self.reach + self.relative * load, 0.5 * load)
         return self.at_once * held + sum(self.late) * load
 
     @property
     def noise_gain(self) -> float:
-        """Noise of the loads over that of what is shown."""
+        """Noise of the compensated loads over that of the shown ones."""
         return (1 + _HIDDEN_NOISE * self.share / (1 - self.share)) / self.at_once
 
     def shown(self, loads: np.ndarray, intervals: np.ndarray) -> np.ndarray:
-        """What the layer shows (N,) of loads (N,), Pa, that follow each other after intervals (N,) s."""
+        """Pressure (N,), Pa, that the layer shows under consecutive loads (N,), Pa, after intervals (N,), s."""
         found = (1 - self.share) * loads + self.share * self.held(loads, intervals)
         return self.at_once * found + sum(part * followed(loads, intervals, time) for part, time in zip(self.late, self.late_s))
 
     def held(self, loads: np.ndarray, intervals: np.ndarray) -> np.ndarray:
-        """The held load (N,) under loads (N,), Pa, that follow each other after intervals (N,) s."""
+        """Held load (N,), Pa, under consecutive loads (N,), Pa, after intervals (N,), s."""
         found, held, last = np.empty(len(loads)), 0.0, 0.0
         for k, (load, crept) in enumerate(zip(loads.tolist(), (-np.expm1(-intervals / self.relaxation)).tolist())):
             held += (last - held) * crept
@@ -83,7 +101,7 @@ class Loop:
 
 
 def followed(loads: np.ndarray, intervals: np.ndarray, time: float) -> np.ndarray:
-    """Load (N,) that follows loads (N,), after intervals (N,) s, with a time constant, s."""
+    """Low-pass filter consecutive loads (N,), after intervals (N,), s, with a time constant, s."""
     found, late, last = np.empty(len(loads)), 0.0, 0.0
     for k, (load, gone) in enumerate(zip(loads.tolist(), (-np.expm1(-intervals / time)).tolist())):
         found[k] = late = late + (last - late) * gone
@@ -93,11 +111,31 @@ def followed(loads: np.ndarray, intervals: np.ndarray, time: float) -> np.ndarra
 
 @dataclass(frozen=True)
 class Response:
-    """pressure = scale[0] c + scale[1] c |c| + scale[2] c knee / (|c| + knee), Pa, of a change c of the value over the taxel's gain.
+    """Response curve of a taxel array.
 
-    gain: (rows, columns), mean about 1, None for 1; zero: (rows, columns) untouched values, None if unknown; known: whether pressure is in
-    Pa, else in the sensor's units; loop: between rising and falling loads. Raises BadArgument for a scale with which pressure would not
-    rise.
+    Parameters
+    ----------
+    scale : tuple of float
+        Coefficients of the curve.
+    knee : float
+        Change of the value up to which the third term rises.
+    gain : ndarray, shape (rows, columns), optional
+        Gain of each taxel, mean about 1; 1 by default.
+    known : bool
+        Whether pressure is in Pa; else it is in the sensor's units.
+    zero : ndarray, shape (rows, columns), optional
+        Untouched values.
+    loop : Loop
+        Hysteresis between rising and falling loads.
+
+    Raises
+    ------
+    BadArgument
+        If pressure would not rise with the change of the value.
+
+    Notes
+    -----
+    pressure = scale[0] c + scale[1] c |c| + scale[2] c knee / (|c| + knee), in Pa, for a change c of the value divided by the gain.
     """
 
     scale: tuple[float, float, float] = (1.0, 0.0, 0.0)
@@ -113,7 +151,7 @@ class Response:
                               f'{self.scale}, {self.knee}')
 
     def pressure(self, change: np.ndarray) -> np.ndarray:
-        """Pressure (rows, columns) float32, Pa if known, for change (rows, columns) of the values."""
+        """Pressure (rows, columns), float32, in Pa if known, for changes (rows, columns) of the values."""
         value = np.asarray(change if self.gain is None else change / self.gain, np.float32)
         first, second, third = map(np.float32, self.scale)
         if not (second or third):
@@ -122,13 +160,13 @@ class Response:
         return value * (first + second * size + third * knee / (size + knee))
 
     def slope(self, value: float) -> float:
-        """Derivative of pressure, Pa per unit, at a change of value."""
+        """Compute the derivative of the pressure, Pa per unit, at a change of value."""
         first, second, third = self.scale
         return first + 2 * second * abs(value) + third * (self.knee / (abs(value) + self.knee))**2
 
 
 def taxel_file(response: Response, residuals: dict, span: dict, left_out: list[str], specimen: Specimen = Specimen()) -> CalibrationFile:
-    """The calibration file of a response; left_out: one line each."""
+    """Make the calibration file of a response; left_out: one line each."""
     fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee),
               'loop': {name: np.asarray(value, float).tolist() for name, value in asdict(response.loop).items()}}
     for name in ('gain', 'zero'):
@@ -138,15 +176,16 @@ def taxel_file(response: Response, residuals: dict, span: dict, left_out: list[s
 
 
 def read_taxels(path: str | Path, array: TaxelArray, values: Mapping | None = None) -> Response:
-    """Read the response; values: as of read_calibration. Raises BadCalibration for a bad file (read_calibration) and for an array of
-    another size.
+    """Read the response from a calibration file.
+
+    values: as in read_calibration. Raises BadCalibration for a bad file (read_calibration) and for an array of another size.
     """
     fitted = read_calibration(path, SENSOR, values).fitted
     try:
         maps = {name: np.array(fitted[name], np.float32) for name in ('gain', 'zero') if name in fitted}
         if any(values.shape != array.shape for values in maps.values()):
-            raise BadCalibration(f'{path}: for {" x ".join(map(str, next(iter(maps.values())).shape))} taxels, this sensor has '
-                                 f'{array.rows} x {array.columns}; give this sensor\'s own file')
+            raise BadCalibration(f'{path}: made for {" x ".join(map(str, next(iter(maps.values())).shape))} taxels, this sensor has '
+                                 f'{array.rows} x {array.columns}; give the file of this sensor')
         if 'gain' in maps and not (maps['gain'] > 0).all():
             raise ValueError('gain must be positive')
         return Response(tuple(float(value) for value in fitted['scale']), float(fitted['knee']), known=True, **maps,

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The sensor type `taxel_array`."""
-from ..sensor_type import SensorType
+from ..core.sensor_type import SensorType
 
 TAXEL_ARRAY = SensorType(
     driver='taxel_array_node',

@@ -14,23 +14,36 @@ from tf2_msgs.msg import TFMessage
 
 from tactile_driver.nodes.messages.images import grey_to_array
 
+from ..common import messages as convert
 from ..common.geometry import FrameTree, wrench_at
-from ..errors import BadFrame
-from ..nodes.messages import conversions as convert
-from ..nodes.messages.conversions import stamp_seconds
-from ..stage import Input, Stage
+from ..core.errors import BadFrame
+from ..core.messages import stamp_seconds
+from ..core.stage import Input, Stage
 from .parameters import TAXEL_PARAMETERS, contact_depth, frames_of, grasped_object, taxel_estimator
 
 _JOINTS = Input('/joint_states', JointState, depth=100)
-_CURRENT_S = 1.0  # between stamps of an image and of the joint's position; chosen: ten periods of a slow gripper
+_MAX_JOINT_AGE_S = 1.0  # between the stamps of an image and of the joint's position: ten periods of a slow gripper
 _TRANSFORMS = Input('/tf', TFMessage, depth=100), Input('/tf_static', TFMessage, depth=100, latched=True)
 
 
 class TaxelStage(Stage):
-    """image_raw -> contact_region, contacts, slip, wrench, points. Raises BadArgument for wrong values, BadCalibration for a bad file."""
+    """image_raw -> contact_region, contacts, slip, wrench, points.
+
+    Parameters
+    ----------
+    values : Mapping
+        Values of TAXEL_PARAMETERS.
+
+    Raises
+    ------
+    BadArgument
+        If the values are inconsistent.
+    BadCalibration
+        If the calibration file cannot be used.
+    """
 
     node, parameters = 'taxel_contact_node', TAXEL_PARAMETERS
-    # Longer than usual, since slip is estimated from motion, so that no frame should be lost; chosen.
+    # The queue is longer than usual because slip is estimated from motion, for which no frame should be lost.
     input = Input('image_raw', Image, depth=100, patience_s=0.15)
     outputs = convert.RESULTS | convert.POINTS
 
@@ -47,17 +60,17 @@ class TaxelStage(Stage):
         self._placed: tuple[int, str] = (-1, '')  # version of the tree, and sensor frame, in which the object is given
 
     def set_reference(self) -> None:
-        """Take the untouched reference from the next frames."""
+        """Use the next frames as the untouched reference."""
         self.estimator.set_reference()
 
     @property
     def side_inputs(self) -> Sequence[Input]:
-        """Frame transforms where they locate the grasped object or the wrench, and the joints of a gripper."""
+        """Frame transforms, if they locate the grasped object or the wrench, and the joints of a gripper."""
         return (*(_TRANSFORMS if frames_of(self.values) or self.values['wrench_frame'] else ()),
                 *((_JOINTS,) if self.values['gripper.joint'] else ()))
 
     def take(self, topic: str, message: TFMessage | JointState) -> None:
-        """Take transforms or joints. Raises BadFrame for an invalid one, after the others of the message are taken."""
+        """Take transforms or joints. Raises BadFrame for an invalid one, after the others of the message have been taken."""
         if topic == _JOINTS.topic:
             self._take_joint(message)
             return
@@ -82,7 +95,7 @@ class TaxelStage(Stage):
         self._joint = stamp_seconds(message.header), message.position[number]
 
     def estimate(self, message: Image | CompressedImage, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
-        """The estimates of one image, under its header."""
+        """Estimate the results of one image, with its header."""
         values = grey_to_array(message, 'taxel image')
         self._place_object(message.header.frame_id)
         if self.values['gripper.joint']:
@@ -94,19 +107,19 @@ class TaxelStage(Stage):
         return found
 
     def _open_gripper(self, stamp_s: float) -> None:
-        """Take the depth from the gripper's opening at the time of an image."""
+        """Compute the depth from the gripper's opening at the time of an image."""
         reported_s, position = self._joint
         self._unknown = ''
-        if abs(stamp_s - reported_s) > _CURRENT_S:
+        if abs(stamp_s - reported_s) > _MAX_JOINT_AGE_S:
             position, name = np.nan, self.values['gripper.joint']
-            self._unknown = f'{_JOINTS.topic} does not tell joint {name!r} at the time of the images: depth is NaN; publish its position'
+            self._unknown = f'{_JOINTS.topic} has no position of joint {name!r} at the time of the images: depth is NaN; publish it'
         elif not self.values['object.width'] > 0:
             self._unknown = 'the width of the object is not known: depth is NaN; set object.width'
         depth = contact_depth(self.values, position)
         self.estimator.grasped = replace(self.estimator.grasped, depth=depth)
 
     def _at_wrench_frame(self, wrench: np.ndarray, header: Header) -> WrenchStamped:
-        """A wrench (6,) under the header, at the frame of parameter wrench_frame; NaN where tf does not lead there."""
+        """Transform a wrench (6,) to the frame of parameter wrench_frame; NaN if tf does not lead there."""
         frame = self.values['wrench_frame']
         pose = self._tree.pose(header.frame_id.lstrip('/'), frame)
         moved = np.full(6, np.nan) if pose is None else wrench_at(wrench, *pose)
@@ -117,7 +130,7 @@ class TaxelStage(Stage):
         grasped_object(values)
 
     def change(self, values: Mapping) -> None:
-        """Take new properties of the object. Raises BadArgument."""
+        """Apply new properties of the object. Raises BadArgument."""
         self.estimator.grasped = grasped_object(values, self._tree, self._placed[1])
         self.values = dict(values)
 

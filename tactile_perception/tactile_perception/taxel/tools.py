@@ -13,39 +13,39 @@ from tactile_driver.recordings.serialization import decode
 
 from .._core.taxel import DeadTaxels
 from ..bags.stamped import TRUE_WRENCH, find_prefix
-from ..calibration.files.format import Specimen
-from ..calibration.residuals import Residuals, write_and_report
 from ..common.progress import progress
-from ..errors import BadCalibration, BadFrame
-from ..nodes.messages import conversions as convert
-from ..parameters.file import read_parameters
+from ..common.residuals import Residuals, write_and_report
+from ..core.calibration_file import Specimen
+from ..core.errors import BadCalibration, BadFrame
+from ..core.messages import stamp_seconds
+from ..core.parameter_files import read_parameters
 from .calibration import Loads, calibrated_response, find_loop, fit_gains, held_out_errors, loaded_areas
 from .parameters import TAXEL_PARAMETERS, taxel_array
 from .pressure import TaxelArray
 from .response import Response, taxel_file
 
-_SAME = 0.02  # relative difference below which loads count as equal
-_LONGEST_S = 0.1  # equal loads that last longer are several, since what the sensor shows creeps
-_ZERO = 1e-3  # N, smaller forces count as untouched
-_NEVER_LOUD = 1e9  # noise above which no change is a press: of the mean over a load, only known dead taxels are filled
-_AFTER_S = 30.0  # s after a load, in which what is left of it is fitted, too: later it no longer changes
+_MAX_LOAD_CHANGE = 0.02  # relative; loads that differ by less are equal
+_MAX_LOAD_S = 0.1  # longer equal loads are split, because the shown pressure creeps
+_MIN_FORCE = 1e-3  # N; smaller forces count as untouched
+_HUGE_NOISE = 1e9  # noise above which no change is a press, so that only known dead taxels of the mean frames are filled
+_RECOVERY_S = 30.0  # s after a load during which the recovery is also fitted; later it no longer changes
 
 
 def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace: str) -> Loads:
-    """The loads in bags. Raises TactileError for bags without images or wrenches."""
+    """Read the loads in bags. Raises TactileError for bags without images or wrenches."""
     stretches, untouched, left_out, level = [], [], [], -1
     for number, bag in enumerate(bags):
         last = loaded = None
         for stamp, values, force in _frames(bag, array, namespace, left_out):
             if not np.isfinite(force):
                 last = None
-            elif force < _ZERO and loaded is None:
+            elif force < _MIN_FORCE and loaded is None:
                 untouched.append(values)
-            elif force >= _ZERO or stamp - loaded < _AFTER_S:  # after a load the sensor may still show some of it
-                force, loaded = (force, stamp) if force >= _ZERO else (0.0, loaded)
-                if last is None or abs(force - last) > _SAME * last:
+            elif force >= _MIN_FORCE or stamp - loaded < _RECOVERY_S:  # after a load the sensor may still show a part of it
+                force, loaded = (force, stamp) if force >= _MIN_FORCE else (0.0, loaded)
+                if last is None or abs(force - last) > _MAX_LOAD_CHANGE * last:
                     last, level, begin = force, level + 1, None
-                if begin is None or stamp - begin > _LONGEST_S:
+                if begin is None or stamp - begin > _MAX_LOAD_S:
                     begin = stamp
                     stretches.append(([], [], last, f'{bag.name} at {stamp:.3f} s', number, level))
                 stretches[-1][0].append(values)
@@ -53,12 +53,12 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
     if not any(one[2] for one in stretches):
         raise BadCalibration('no frame with a normal load in the recordings; ground_truth/wrench must contain it (force.z < 0)')
     zero = np.mean(untouched, axis=0, dtype=float) if untouched else None
-    if zero is None:  # what is left of a load is unknown
+    if zero is None:  # the recovery after a load is unknown
         stretches = [one for one in stretches if one[2]]
     values, stamps, forces, when, numbers, levels = zip(*stretches)
     pictures = np.array([np.mean(one, axis=0, dtype=float) for one in values]) - (0 if zero is None else zero)
     gaps = DeadTaxels(dead)
-    pictures = np.array([gaps.repaired(picture.astype(np.float32), _NEVER_LOUD) for picture in pictures])
+    pictures = np.array([gaps.repaired(picture.astype(np.float32), _HUGE_NOISE) for picture in pictures])
     return Loads(pictures, np.array(forces), zero, left_out, list(when), np.array([np.mean(one) for one in stamps]), np.array(numbers),
                  np.array(levels))
 
@@ -72,7 +72,7 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
             raise BadCalibration(f'{bag}: no {prefix}{TRUE_WRENCH}: calibration needs the normal force')
         for raw in progress(reader.messages({prefix + 'image_raw', prefix + TRUE_WRENCH}), f'messages of {bag.name}'):
             message = decode(raw.data, raw.type_name)
-            stamp = convert.stamp_seconds(message.header)
+            stamp = stamp_seconds(message.header)
             if raw.topic == prefix + 'image_raw':
                 if waiting is not None:
                     yield *waiting, np.nan
@@ -87,9 +87,9 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
 
 
 def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
-    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+    """Fit the response to known normal loads, write the calibration file and the plot of its residuals, and return a report.
 
-    Raises TactileError for recordings that cannot determine the response.
+    The bags hold images and ground_truth/wrench. See `SensorType.calibrate`.
     """
     values = read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS)
     array = taxel_array(values)
@@ -102,10 +102,10 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
                  'held_out_force_largest': float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else float('nan')}
     pressed = loads.forces[loads.forces > 0]
     span = {'force': [float(pressed.min()), float(pressed.max())]}
-    most = float(np.max(loads.forces / loaded_areas(loads, array.taxel_area)))
+    largest = float(np.max(loads.forces / loaded_areas(loads, array.taxel_area)))
     by_force, *others = held_out_residuals(loads, array, errors)
     return write_and_report(output, taxel_file(response, residuals, span, loads.left_out, Specimen(serial, values)), [by_force],
-                            report(loads, response, residuals, most), [*others, *_gains(response, array)])
+                            report(loads, response, residuals, largest), [*others, *_gains(response, array)])
 
 
 def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> list[Residuals]:
@@ -120,7 +120,7 @@ def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> l
     x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))
     middle = np.stack([weight @ x, weight @ y], axis=1) / np.maximum(weight.sum(axis=1), 1e-12)[:, None]
     if np.ptp(middle, axis=0).max() > 1e3 * array.pitch:
-        found.append(Residuals('force at its place', '%', percent, middle, ('x (mm)', 'y (mm)'), when))
+        found.append(Residuals('force at its position', '%', percent, middle, ('x (mm)', 'y (mm)'), when))
     return found
 
 
@@ -129,17 +129,17 @@ def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
     if response.gain is None:
         return []
     x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))
-    return [Residuals('gain, off from 1', '%', 100 * (response.gain.ravel() - 1), np.stack([x, y], axis=1), ('x (mm)', 'y (mm)'), ())]
+    return [Residuals('gain, deviation from 1', '%', 100 * (response.gain.ravel() - 1), np.stack([x, y], axis=1), ('x (mm)', 'y (mm)'), ())]
 
 
-def report(loads: Loads, response: Response, residuals: dict, most: float) -> list[str]:
-    """Lines about the fit; most: Pa, largest load."""
+def report(loads: Loads, response: Response, residuals: dict, largest: float) -> list[str]:
+    """Lines that describe the fit; largest: Pa, largest load."""
     pressed, loop = loads.forces > 0, response.loop
     return [f'{len(np.unique(loads.levels[pressed]))} loads, {loads.forces[pressed].min():.3g} to {loads.forces.max():.3g} N',
              'gain of each taxel: ' + ('from loads that cover all of them' if response.gain is not None else 'unknown, no load covered all '
                                        'of them evenly; taken as equal'),
              'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; taken from the first frames at start'),
-             'loop between rising and falling loads: ' + (f'up to {loop.width(most):.0f} Pa wide, forgotten within '
+             'loop between rising and falling loads: ' + (f'up to {loop.width(largest):.0f} Pa wide, relaxes within '
                                                           f'{loop.relaxation:.2g} s' if loop.share else 'none seen'),
              'shown late: ' + (', '.join(f'{part:.1%} of a load after {time:.2g} s' for part, time in zip(loop.late, loop.late_s)) or
                                'nothing'),

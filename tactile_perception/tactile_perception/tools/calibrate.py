@@ -13,8 +13,8 @@ from tactile_driver.errors import reports_errors
 from tactile_driver.recordings.reader import descriptions
 
 from ..bags.replay import read_sensor_type
-from ..errors import BadArgument, by_name
-from ..sensor_type import SENSOR_TYPES
+from ..core.errors import BadArgument, by_name
+from ..core.sensor_type import SENSOR_TYPES
 
 _OPTIONS = {'sphere_radius': '--sphere-radius', 'plate': '--plate', 'weight': '--weight'}
 
@@ -66,10 +66,11 @@ def main(args: list[str] | None = None) -> int:
                         'ground_truth/wrench')
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
     parser.add_argument('--output', type=Path, required=True, help='calibration file to write')
-    parser.add_argument('--sphere-radius', type=float, help='touchpad: radius of the sphere, m; default: it is fitted too')
+    parser.add_argument('--sphere-radius', type=float,
+                        help='radius of the sphere, m; touchpad: without it, it is fitted too; photometric_gel: needed')
     parser.add_argument('--plate', type=Path, metavar='BAG', help="sheet: recording of a flat plate that is pressed onto all markers in "
                         "steps of a millimetre, for the paper's method")
-    parser.add_argument('--weight', type=float, metavar='NEWTONS', help='gel: force of the weight that presses in each recording (1 kg: '
+    parser.add_argument('--weight', type=float, metavar='NEWTONS', help='gel, force_taxels: force of the weight in each recording (1 kg: '
                         '9.81 N), where ground_truth/wrench is not recorded')
     parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when a recording has several sensors')
     parser.add_argument('--serial', default='', help='serial number for the file; default: the one in the recording')

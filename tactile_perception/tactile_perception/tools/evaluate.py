@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""evaluate: compares estimates with ground_truth/* of one recording: errors, states, missed and false touches, covariances, time.
+"""evaluate: compares estimates with ground_truth/* of recordings: errors, states, missed and false touches, covariances, time.
 
 A bag that process_bag wrote, or that launch recorded of a simulated sensor (record:=), has both. With --params the estimates are computed
 from the raw data in the bag and timed.
@@ -14,10 +14,11 @@ from pathlib import Path
 
 from tactile_driver.errors import reports_errors
 
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.plots import draw
 from .judged_bag import JudgedBag
+from .many import Task, WorkResult, add_arguments, are_many, check_arguments, recordings, run
 
 _TITLE = '{:<50s}{:>12s}{:>12s}{:>12s}{:>12s}{:>9s}{:>10s}'
 
@@ -126,16 +127,34 @@ def write(evaluation: Evaluation, report: dict, name: str, folder: Path) -> list
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with a one-line error."""
     parser = argparse.ArgumentParser(prog='evaluate', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('bag', type=Path, help='rosbag2 recording with ground_truth/*, and estimates (or raw data, with --params)')
-    parser.add_argument('--report', type=Path, help='folder for report.json, report.txt and plots')
+    parser.add_argument('bag', type=Path, nargs='+', help='rosbag2 recordings with ground_truth/*, and estimates (or raw data, with '
+                        '--params), or folders of them')
+    parser.add_argument('--report', type=Path, help='folder for report.json, report.txt and plots; of several recordings, of theirs')
     parser.add_argument('--params', type=Path, help='parameter file of the sensor: compute the estimates from raw data and time them')
     parser.add_argument('--calibration', type=Path, help='calibration file, with --params; default: the one in the parameter file')
     parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when the recording has several sensors')
+    add_arguments(parser)
     given = parser.parse_args(args)
+    check_arguments(given)
     if given.calibration and not given.params:
         raise BadArgument('--calibration needs --params: it is used when the estimates are computed from raw data')
-    evaluation, report = evaluate(JudgedBag(given.bag, given.namespace, given.params, given.calibration))
+    found = recordings(given.bag)
+    if are_many(found, given.bag):
+        given.params, given.calibration = (path and path.absolute() for path in (given.params, given.calibration))
+        return run([Task(name, work, bag, given.report and given.report.absolute() / name, given) for name, bag in found.items()],
+                   given.jobs, given.scheduler)
+    bag = given.bag[0]
+    evaluation, report = evaluate(JudgedBag(bag, given.namespace, given.params, given.calibration))
     print(text(report))
     if given.report:
-        print('\n' + '\n'.join(map(str, write(evaluation, report, given.bag.resolve().name, given.report))))
+        print('\n' + '\n'.join(map(str, write(evaluation, report, bag.resolve().name, given.report))))
     return 0
+
+
+def work(bag: Path, target: Path | None, given: argparse.Namespace) -> WorkResult:
+    """Evaluate one recording of many; its median errors."""
+    evaluation, report = evaluate(JudgedBag(bag, given.namespace, given.params, given.calibration))
+    if target:
+        write(evaluation, report, bag.name, target)
+    medians = [f'{found["text"]} {_format(found["median"])} {found["unit"]}' for found in report['errors'].values()]
+    return WorkResult(0, f'{report["instants"]["judged"]} instants; medians: {"; ".join(medians)}')

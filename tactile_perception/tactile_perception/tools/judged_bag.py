@@ -19,16 +19,16 @@ from tactile_driver.recordings.serialization import decode
 from ..bags.replay import Replay
 from ..bags.stamped import choose_prefix
 from ..common.estimates import ContactEstimate
+from ..common.messages import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
 from ..common.progress import progress
-from ..errors import BadFrame, BadRecording
+from ..core.errors import BadFrame, BadRecording
 from ..evaluation.evaluation import Instant
-from ..nodes.messages.conversions import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
 
 TRUE = 'ground_truth/'
 #: topic -> field of Instant, and the conversion of its message
 _FIELDS = {'contacts': ('contacts', contacts_from_message), 'contact_region': ('region', region_from_message),
            'slip': ('slip', slip_from_message), 'wrench': ('wrench', wrench_from_message)}
-_RAW = {'image_raw', 'left/image_raw', 'voltages'}
+_RAW = {'image_raw', 'left/image_raw', 'voltages', 'taxels'}
 _LONGEST_NS = 60_000_000  # between two known stamps. Derived: a little more than the longest batch of psd_node
 _SAME_CLOCK_S = 60.0  # a longer latency means that the stamps come from another clock
 

@@ -10,31 +10,44 @@ from functools import partial
 
 import numpy as np
 
-from ..calibration.files.format import CalibrationFile
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.estimates import AMBIGUOUS, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.geometry import quaternion
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
+from ..core.calibration_file import CalibrationFile
+from ..core.errors import BadFrame
 from ..dots.reference import rest_warning
-from ..errors import BadFrame
 from .contact import DotClassification, make_method
-from .places import RestPlaces
 from .pose import ObjectPose
+from .positions import RestPositions
 from .region import ContactDots, ContactFinder, describe, find_regions
 from .sensor import Touchpad
-from .slip import SlipEstimator, slip_confidence
+from .slip import SlipEstimator
 
-_FARTHEST = 10.0  # radii of curvature of the cap: farther positions are invalid. Chosen
-_DRIFT = 0.1  # px: a reference that has drifted further is checked again. Chosen
-_RANGE_SIGMA = 0.15e-3  # m, common-mode error of the ranges without a calibration. Chosen
+_MAX_COORDINATE = 10.0  # radii of curvature of the cap; farther positions are invalid
+_MAX_UNCHECKED_DRIFT = 0.1  # px; a reference that has drifted further is checked again
+_RANGE_SIGMA = 0.15e-3  # m; common-mode error of the ranges without a calibration
 
 
 @dataclass(frozen=True)
 class ContactResult:
-    """Estimates of one frame. wrench: (6,) N and N m, of the object on the sensor, NaN if unknown; points: computes the surface points on
-    demand."""
+    """Estimates of one frame.
+
+    Attributes
+    ----------
+    region : ContactRegionEstimate
+        The contact region.
+    contacts : list of ContactEstimate
+        One contact for each separate region, largest first.
+    slip : SlipEstimate
+        State and velocity of slip.
+    wrench : ndarray, shape (6,)
+        Force (N) and moment (N m) of the object on the sensor at the origin of the sensor frame; NaN if unknown.
+    points : callable
+        Computes the SurfacePoints on demand.
+    """
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
@@ -46,15 +59,26 @@ class ContactResult:
 class ContactEstimator:
     """Estimates contact frame by frame.
 
-    values: of TOUCHPAD_PARAMETERS; calibration: provides the calibrated range and the range error; rest: positions of the untouched dots
-    that it shares with the one that places the dots, its own by default. While the reference seems to have been taken under a press,
-    contacts are AMBIGUOUS and depth, force and wrench are NaN.
+    While the reference seems to have been taken under a press, contacts are AMBIGUOUS, and depth, force and wrench are NaN.
+
+    Parameters
+    ----------
+    sensor : Touchpad
+        Geometry and material.
+    camera : CameraModel
+        The camera and its pose in the sensor frame.
+    values : Mapping
+        Values of TOUCHPAD_PARAMETERS.
+    calibration : CalibrationFile, optional
+        Provides the calibrated range and the range error.
+    rest : RestPositions, optional
+        Reference positions, shared with the DotPositions of the same images; an own set by default.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping, calibration: CalibrationFile | None = None,
-                 rest: RestPlaces | None = None):
+                 rest: RestPositions | None = None):
         self._sensor = sensor
-        self._rest, self._version = rest or RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns), 0
+        self._rest, self._version = rest or RestPositions(sensor.cap, camera, sensor.rows, sensor.columns), 0
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
         self._pose = ObjectPose()
         self._contacts = ContactFinder(sensor.cap, *_calibrated_reach(calibration))
@@ -63,10 +87,28 @@ class ContactEstimator:
         self._suspected, self._checked = False, np.full_like(self._rest.uv, np.inf)
 
     def process(self, tracks: DotTracks, stamp_s: float) -> ContactResult:
-        """Contact in one frame; stamp_s: s. Raises BadFrame for dots without 3D positions, of another grid, or with an earlier stamp."""
+        """Estimate contact in one frame.
+
+        Parameters
+        ----------
+        tracks : DotTracks
+            The dots with their 3D positions.
+        stamp_s : float
+            Exposure time in s; later than that of the previous frame.
+
+        Returns
+        -------
+        ContactResult
+            The estimates of the frame.
+
+        Raises
+        ------
+        BadFrame
+            If the dots have no 3D positions or are of another grid, or the stamp is not later than the last.
+        """
         if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
-            raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
-                           f'{self._sensor.rows} x {self._sensor.columns}')
+            raise BadFrame(f'the dots form a {tracks.rows} x {tracks.columns} grid, but parameters rows and columns are '
+                           f'{self._sensor.rows} and {self._sensor.columns}')
         if tracks.xyz is None:
             raise BadFrame('dots have no 3D positions: a calibrated camera is needed')
         version = self._rest.update(tracks)
@@ -84,22 +126,22 @@ class ContactEstimator:
         """Check the reference for a press if it is new, has drifted, or was suspected before."""
         uv = self._rest.uv
         known = np.flatnonzero(np.isfinite(uv[:, 0]))
-        if self._suspected or not (np.abs(uv[known] - self._checked[known]) < _DRIFT).all():
+        if self._suspected or not (np.abs(uv[known] - self._checked[known]) < _MAX_UNCHECKED_DRIFT).all():
             self._suspected, self._checked = bool(rest_warning(known, uv[known], self._sensor.columns)), uv.copy()
 
     def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
-        """Ids (N,) and positions (N, 3) m of the dots that have a rest position, too."""
-        reach = _FARTHEST * self._sensor.cap.curvature_radius
-        usable = np.logical_and.reduce(np.abs(tracks.xyz.T) <= reach) & np.isfinite(self._rest.xyz[tracks.id, 0])
+        """Ids (N,) and positions (N, 3), m, of the dots that also have a reference position."""
+        limit = _MAX_COORDINATE * self._sensor.cap.curvature_radius
+        usable = np.logical_and.reduce(np.abs(tracks.xyz.T) <= limit) & np.isfinite(self._rest.xyz[tracks.id, 0])
         if len(usable) and not usable.any():
-            raise BadFrame('no dot has a 3D position: images must be in colour, not grey; or take a new reference')
+            raise BadFrame('no dot has a 3D position: images must be in colour, under the illumination of the reference; shield the '
+                           'pad from other light, or take a new reference')
         return tracks.id[usable], tracks.xyz.compress(usable, axis=0)
 
     def _describe(self, dots: ContactDots, found: DotClassification, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)
         contacts = self._contacts.process(dots, regions, stamp_s)
-        slip = self._slip.process(dots, contacts, found.ways, stamp_s)
-        slip.confidence = slip_confidence(slip.state, found.objects)
+        slip = self._slip.process(dots, contacts, found.displacements, stamp_s, found.objects)
         region = describe(dots, regions, found.motion, found.interval)
         region.dot_confidence = found.confidence
         pose = self._pose.process(bool(regions), found.motion, found.interval, stamp_s)
@@ -112,7 +154,7 @@ class ContactEstimator:
         return ContactResult(region, contacts, slip, wrench, partial(_points, dots, found, self._rest.xyz.copy(), force))
 
     def _with_range_error(self, contact: ContactEstimate) -> ContactEstimate:
-        """The same contact with the common-mode error of the ranges added to its covariance."""
+        """Add the common-mode error of the ranges to the covariance of a contact."""
         ray = contact.position - self._origin
         along = ray * (self._range_sigma / math.sqrt(ray @ ray))
         return replace(contact, position_covariance=contact.position_covariance + along[:, None] * along)
@@ -126,7 +168,7 @@ def _points(dots: ContactDots, found: DotClassification, rest: np.ndarray, force
 
 
 def _without_reference(contact: ContactEstimate) -> ContactEstimate:
-    """The same contact without depth and force, which need an untouched reference."""
+    """Remove depth and force, which need an untouched reference, from a contact."""
     return replace(contact, depth=np.nan, force=np.nan, flags=contact.flags | AMBIGUOUS)
 
 

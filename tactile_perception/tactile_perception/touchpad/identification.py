@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Identification of the water's colour from the untouched pad: its rest shape gives the light path of each background pixel."""
+"""Identification of the water's colour from the untouched pad, whose known shape gives the light path of each background pixel."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -11,12 +11,12 @@ import numpy as np
 from ..common.camera import CameraModel
 from ..common.geometry import Cap
 from ..common.statistics import robust_sigma
-from ..errors import BadArgument, BadFrame
+from ..core.errors import BadArgument, BadFrame
 from .water import (
     LIMITS,
-    POINTS,
-    RING,
     RING_PIXELS,
+    RING_POINTS,
+    RING_SHARE,
     Glare,
     LightPath,
     RingColours,
@@ -30,16 +30,15 @@ from .water import (
     smooth_light,
 )
 
-MODEL_FLOOR = 5e-4  # standard deviation of the path model's error in a log ratio; chosen
+MODEL_SIGMA = 5e-4  # standard deviation of the path model's error in a log ratio
 CHECK_LIGHT = 'check light and exposure (too dark, or red saturated)'
-_HUBER = 3.0  # standard deviations, from which residuals count by their size
-_ENOUGH = 1e-6  # relative decrease of the sum of squares that ends the fit; chosen
-RIM_MARGIN = 0.04  # of the cap's height; chosen: nearer to the rim the image is blurred with the outside
-
+_HUBER_SIGMAS = 3.0  # standard deviations, beyond which residuals count linearly
+_FIT_TOLERANCE = 1e-6  # relative decrease of the sum of squares that ends the fit
+RIM_MARGIN = 0.04  # of the cap's height; nearer to the rim the image blurs into the outside
 
 # Prior of the design: a ring light around the lens and a window somewhere between lens and rim. Means and standard deviations of the
-# window's height, the lamps' height over the camera and their radius, in units of the camera's distance from the rim plane, and of the
-# ambient share. They matter for a fit to the untouched pad alone, in which window and ring light are nearly confounded.
+# window's height, the lamps' height above the camera and their radius, all over the camera's distance from the rim plane, and of the
+# ambient share. They matter for a fit to the untouched pad alone, which hardly separates window and ring light.
 _DESIGN = np.array([-0.20, 0.0, 0.375, 0.25]), np.array([0.20, 0.075, 0.15, 0.15])
 
 
@@ -52,71 +51,76 @@ def design_prior(camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass
 class Colours:
-    """Measured colours: log ratios (M, 2) with covariances (M, 2, 2) at known positions places (M, 3), m, with normals (M, 3)."""
+    """Measured colours: log ratios (M, 2) with covariances (M, 2, 2) at known positions (M, 3), m, with surface normals (M, 3)."""
 
     ratios: np.ndarray
     covariances: np.ndarray
-    places: np.ndarray
+    positions: np.ndarray
     normals: np.ndarray
 
     def joined(self, others: list['Colours']) -> 'Colours':
-        """These and others together."""
+        """Join these and others."""
         parts = [self, *others]
         return Colours(np.concatenate([p.ratios for p in parts]), np.concatenate([p.covariances for p in parts]),
-                       np.concatenate([p.places for p in parts]), np.concatenate([p.normals for p in parts]))
+                       np.concatenate([p.positions for p in parts]), np.concatenate([p.normals for p in parts]))
 
 
 def ring_covariances(noise: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Covariances (M, 2, 2) of log ratios from count (M,) points of a sampling ring; noise: (2, 2), of a whole ring."""
-    return noise * (POINTS / np.maximum(count, 1))[:, None, None] + np.eye(2) * MODEL_FLOOR**2
+    """Covariances (M, 2, 2) of log ratios from count (M,) points of a sampling ring; noise: (2, 2) covariance of a whole ring."""
+    return noise * (RING_POINTS / np.maximum(count, 1))[:, None, None] + np.eye(2) * MODEL_SIGMA**2
 
 
-def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.ndarray) -> np.ndarray:
+def predict(q: np.ndarray, positions: np.ndarray, normals: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Log ratios (M, 2) for parameters q (8,): two constants, two absorptions (1/m), window_z, lamp_z, lamp_radius (m), ambient."""
     path = LightPath(*q[4:8], tuple(centre))
-    return q[:2] - path.lengths(places, normals)[0][:, None] * q[2:4]
+    return q[:2] - path.lengths(positions, normals)[0][:, None] * q[2:4]
 
 
 def fit(colours: Colours, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
-    """Most likely parameters q (8,) of predict, and their covariance (8, 8); cells with glare count by Huber's loss."""
+    """Most likely parameters q (8,) of predict, and their covariance (8, 8). Huber's loss limits the effect of cells with glare."""
     (mean, sd), centre = design_prior(camera), tuple(camera.centre)
     root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
 
     def lengths(light: np.ndarray) -> np.ndarray:
-        return LightPath(*light, centre).lengths(colours.places, colours.normals)[0]
+        return LightPath(*light, centre).lengths(colours.positions, colours.normals)[0]
 
     def residuals(q: np.ndarray) -> np.ndarray:
         first, second = (q[:2] - lengths(q[4:])[:, None] * q[2:4] - colours.ratios).T
         return np.concatenate([root[:, 0, 0] * first, root[:, 1, 0] * first + root[:, 1, 1] * second, (q[4:] - mean) / sd])
 
-    import scipy.optimize  # 0.3 s that a calibrated touchpad saves
+    import scipy.optimize  # takes 0.3 s, which a calibrated touchpad saves
     line = np.polyfit(lengths(mean), colours.ratios, 1)
     start = np.concatenate([line[1], np.maximum(-line[0], 1.0), mean])
     scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, sd])
-    found = scipy.optimize.least_squares(residuals, start, x_scale=scale, loss='huber', f_scale=_HUBER, max_nfev=60, ftol=_ENOUGH)
+    found = scipy.optimize.least_squares(residuals, start, x_scale=scale, loss='huber', f_scale=_HUBER_SIGMAS, max_nfev=60,
+                                         ftol=_FIT_TOLERANCE)
     return found.x, np.linalg.pinv(found.jac.T @ found.jac)
 
 
 def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float, noise: np.ndarray) -> Colours:
-    """Colours of the untouched pad's ground between its dots, without glare; noise: (2, 2) covariance of one pixel's log ratios. Raises
-    BadFrame."""
+    """Colours of the untouched pad's background between its dots, without glare.
+
+    noise: (2, 2), covariance of one pixel's log ratios. Raises BadFrame if too little background is visible.
+    """
     return _plain(_ground(image, camera, cap, radius), camera, noise)
 
 
 def _plain(ground: _Ground, camera: CameraModel, noise: np.ndarray) -> Colours:
-    """See rest_colours."""
-    irradiance = LightPath(*design_prior(camera)[0], tuple(camera.centre)).irradiance(ground.places, ground.normals)
+    """Select the colours of the background without glare, as rest_colours."""
+    irradiance = LightPath(*design_prior(camera)[0], tuple(camera.centre)).irradiance(ground.positions, ground.normals)
     plain = ~smooth_light(ground.rays, ground.brightness - np.log(irradiance))[2]
-    covariances = noise / ground.pixels[plain][:, None, None] + np.eye(2) * MODEL_FLOOR**2
-    return Colours(ground.ratios[plain], covariances, ground.places[plain], ground.normals[plain])
+    covariances = noise / ground.pixels[plain][:, None, None] + np.eye(2) * MODEL_SIGMA**2
+    return Colours(ground.ratios[plain], covariances, ground.positions[plain], ground.normals[plain])
 
 
 class _Ground(NamedTuple):
-    """Ground of the untouched pad, or rings around its dots. rays, places (m), normals: (M, 3); ratios: (M, 2); brightness, pixels: (M,),
-    as in Background."""
+    """Background of the untouched pad, or the rings around its dots.
+
+    rays, positions (m), normals: (M, 3); ratios: (M, 2); brightness, pixels: (M,), as in Background.
+    """
 
     rays: np.ndarray
-    places: np.ndarray
+    positions: np.ndarray
     normals: np.ndarray
     ratios: np.ndarray
     brightness: np.ndarray
@@ -126,18 +130,45 @@ class _Ground(NamedTuple):
 def _ground(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float) -> _Ground:
     seen = background_ratios(image, radius)
     rays = camera.rays(seen.uv)
-    places = cap.meet(camera.centre, rays)
-    on = places[:, 2] > RIM_MARGIN * cap.height
+    positions = cap.meet(camera.centre, rays)
+    on = positions[:, 2] > RIM_MARGIN * cap.height
     if on.sum() < 100:
-        raise BadFrame(f'surface: only {on.sum()} cells of the untouched pad show its ground; check light, exposure and camera pose')
-    normals = (places[on] - [0, 0, cap.centre_z]) / cap.curvature_radius
-    return _Ground(rays[on], places[on], normals, seen.ratios[on], seen.brightness[on], seen.pixels[on])
+        raise BadFrame(f'surface: only {on.sum()} cells of the untouched pad show its background; check light, exposure and camera pose')
+    normals = (positions[on] - [0, 0, cap.centre_z]) / cap.curvature_radius
+    return _Ground(rays[on], positions[on], normals, seen.ratios[on], seen.brightness[on], seen.pixels[on])
 
 
 def identify(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap,
              calibrated: WaterModel | None = None) -> tuple[WaterModel, Glare | None]:
-    """Model and glare of a pad from its untouched image (H, W, 3) uint8 BGR with dots at uv (N, 2), px: the calibrated model adapted to
-    it, else fit_rest; None where there is next to no glare. Raises BadFrame and BadArgument as fit_rest does."""
+    """Identify the colour model and the glare of a pad from its untouched image.
+
+    Parameters
+    ----------
+    image : ndarray, shape (H, W, 3), uint8
+        Untouched image in BGR order.
+    uv : ndarray, shape (N, 2)
+        Its dots in px.
+    camera : CameraModel
+        The camera and its pose in the sensor frame.
+    cap : Cap
+        The undeformed surface.
+    calibrated : WaterModel, optional
+        A calibrated model, which is adapted to the image; without one the model is fitted to the image alone (fit_rest).
+
+    Returns
+    -------
+    model : WaterModel
+        The model.
+    glare : Glare or None
+        The glare; None if there is almost none.
+
+    Raises
+    ------
+    BadFrame
+        If the image shows too little.
+    BadArgument
+        If the water causes no colour.
+    """
     if calibrated is None:
         model, ground = _fit_rest(image, uv, camera, cap)
     else:
@@ -147,17 +178,20 @@ def identify(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap,
 
 
 def _find_glare(model: WaterModel, ground: _Ground, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> Glare | None:
-    """A highlight hides the ground around it, where its light is weaker. So glare is learnt from the rings around the dots, and where
-    they show next to none, from the ground between them."""
+    """Find the glare of an untouched pad; None if there is almost none.
+
+    A highlight hides the background around it, where its light is weaker. So glare is learnt from the rings around the dots and, if these
+    show almost none, from the background between them.
+    """
     colours, rays = log_ratios(image, uv, model.ring), camera.rays(uv)
-    places = model.cap.meet(camera.centre, rays)
-    rings = _Ground(rays, places, (places - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius, colours.ratios, colours.brightness,
-                    colours.count)
+    positions = model.cap.meet(camera.centre, rays)
+    normals = (positions - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius
+    rings = _Ground(rays, positions, normals, colours.ratios, colours.brightness, colours.count)
     q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
     for seen, common in ((rings, LIMITS.common_at_dots), (ground, LIMITS.common)):
-        tinted = seen.ratios - predict(q, seen.places, seen.normals, camera.centre)
-        dyed = model.absorptions * model.path.lengths(seen.places, seen.normals)[0][:, None]
-        light = seen.brightness - np.log(model.path.irradiance(seen.places, seen.normals))
+        tinted = seen.ratios - predict(q, seen.positions, seen.normals, camera.centre)
+        dyed = model.absorptions * model.path.lengths(seen.positions, seen.normals)[0][:, None]
+        light = seen.brightness - np.log(model.path.irradiance(seen.positions, seen.normals))
         glare = learn_glare(seen.rays, light, tinted, dyed, common)
         if glare is not None:
             return glare
@@ -165,45 +199,45 @@ def _find_glare(model: WaterModel, ground: _Ground, image: np.ndarray, uv: np.nd
 
 
 def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = Cap()) -> WaterModel:
-    """The WaterModel of a pad from its untouched image alone.
+    """Fit the WaterModel of a pad to its untouched image alone.
 
-    image: (H, W, 3) uint8 BGR, untouched; uv: (N, 2) px, its dots; camera, cap: known. Raises BadFrame where the image shows too little,
-    BadArgument where the water leaves no colour.
+    image: (H, W, 3) uint8 BGR, untouched; uv: (N, 2) px, its dots; camera, cap: known. Raises BadFrame if the image shows too little and
+    BadArgument if the water causes no colour.
     """
     return _fit_rest(image, uv, camera, cap)[0]
 
 
 def _fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap) -> tuple[WaterModel, _Ground]:
-    """See fit_rest; and the ground that the model was fitted to."""
+    """Fit as fit_rest, and return also the background that the model was fitted to."""
     share = ring_share(check_image(image), uv)
     radius = share * pitch_px(uv)
     noise = _noise_at_rest(log_ratios(image, uv, radius), uv, camera, cap)
     ground = _ground(image, camera, cap, radius)
     q, covariance = fit(_plain(ground, camera, noise * RING_PIXELS), camera)
     model = replace(model_from(q, covariance, noise, radius, camera, cap), ring_share=share)
-    return update_constants(model, image, uv, camera) if share > RING else model, ground
+    return update_constants(model, image, uv, camera) if share > RING_SHARE else model, ground
 
 
 def as_ring_colours(ground: Colours, model: WaterModel, centre: np.ndarray) -> Colours:
-    """Background colours shifted to those of the model's sampling rings, which are nearer to the dots and differ where colour bleeds."""
-    if model.ring_share <= RING:
+    """Shift background colours to those of the model's rings, which are nearer to the dots and differ where colour bleeds."""
+    if model.ring_share <= RING_SHARE:
         return ground
     q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
-    shift = np.median(predict(q, ground.places, ground.normals, centre) - ground.ratios, axis=0)
+    shift = np.median(predict(q, ground.positions, ground.normals, centre) - ground.ratios, axis=0)
     return replace(ground, ratios=ground.ratios + shift)
 
 
 def _noise_at_rest(colours: RingColours, uv: np.ndarray, camera: CameraModel, cap: Cap) -> np.ndarray:
-    """_ring_noise of colours at untouched dots uv (N, 2), px, without those in glare."""
+    """Noise (_ring_noise) of the colours at untouched dots uv (N, 2), px, without those in glare."""
     rays = camera.rays(uv)
     glaring = smooth_light(rays, colours.brightness)[2]
     return _ring_noise(np.where(glaring[:, None], np.nan, colours.ratios), cap.meet(camera.centre, rays))
 
 
-def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Covariance (2, 2) of log ratios (N, 2) over rings: of the residuals of a polynomial of degree 6 over places (N, 3)."""
-    x, y, _ = places.T / np.nanmax(np.abs(places))
-    known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
+def _ring_noise(ratios: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Covariance (2, 2) of the rings' log ratios (N, 2): of the residuals of a polynomial of degree 6 over positions (N, 3)."""
+    x, y, _ = positions.T / np.nanmax(np.abs(positions))
+    known = np.isfinite(ratios).all(1) & np.isfinite(positions).all(1)
     if known.sum() < 30:
         raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; {CHECK_LIGHT}')
     terms = np.stack([x**i * y**j for i in range(7) for j in range(7 - i)], 1)[known]
@@ -213,35 +247,35 @@ def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def model_from(q: np.ndarray, covariance: np.ndarray, noise: np.ndarray, radius: float, camera: CameraModel, cap: Cap) -> WaterModel:
-    """The model for parameters q (8,) with covariance (8, 8): absorptions must be positive, else BadArgument says so."""
+    """Make the model for parameters q (8,) with covariance (8, 8). Raises BadArgument if an absorption is not positive."""
     if (q[2:4] <= 0).any():
-        raise BadArgument(f'surface: the water leaves no colour (absorptions {q[2:4]} 1/m); check channel order and light, fill red water')
+        raise BadArgument(f'surface: the water causes no colour (absorptions {q[2:4]} 1/m); check channel order and light, fill red water')
     path = LightPath(*(float(v) for v in q[4:8]), tuple(float(v) for v in camera.centre))
     return WaterModel(path, q[:2], q[2:4], noise, radius, cap, scale_sigma(q, covariance, camera, cap))
 
 
 def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap: Cap, dent: float = 2e-3) -> float:
-    """Relative standard deviation of the depth of a dent, m, from the parameters' covariance (8, 8), RMS over the cap."""
+    """Relative standard deviation of the depth of a dent, m, from the covariance (8, 8) of the parameters; RMS over the cap."""
     side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
     x, y = (part.ravel() for part in np.meshgrid(side, side))
     z = cap.centre_z + np.sqrt(cap.curvature_radius**2 - x**2 - y**2)
     rest = np.column_stack([x, y, z])
     normals = (rest - [0, 0, cap.centre_z]) / cap.curvature_radius
     rays = (rest - camera.centre) / np.linalg.norm(rest - camera.centre, axis=1, keepdims=True)
-    places = rest - dent * rays
+    positions = rest - dent * rays
     step = 1e-4 * np.maximum(np.abs(q), np.sqrt(np.diag(covariance)) + 1e-9)
-    base = predict(q, places, normals, camera.centre)
-    jacobian = np.stack([(predict(q + e, places, normals, camera.centre) - base) @ q[2:4] for e in np.diag(step)], 1) / step
-    slope = (predict(q, places + 1e-5 * rays, normals, camera.centre) - base) @ q[2:4] / 1e-5
+    base = predict(q, positions, normals, camera.centre)
+    jacobian = np.stack([(predict(q + e, positions, normals, camera.centre) - base) @ q[2:4] for e in np.diag(step)], 1) / step
+    slope = (predict(q, positions + 1e-5 * rays, normals, camera.centre) - base) @ q[2:4] / 1e-5
     gain = jacobian / slope[:, None]
     return float(np.sqrt(np.mean(np.einsum('ni,ij,nj->n', gain, covariance, gain)))) / dent
 
 
 def update_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
-    """A calibrated model adapted to changes of illumination colour, white balance, camera noise or chroma resolution.
+    """Adapt a calibrated model to a change of illumination colour, white balance, camera noise or chroma resolution.
 
-    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Updates the two constants, the noise and the ring; the absorptions and
-    the light path stay. Raises BadFrame if the colour can be read around too few dots.
+    image: (H, W, 3) uint8 BGR, untouched, with its dots at uv (N, 2), px. The two constants, the noise and the ring are updated; the
+    absorptions and the light path are kept. Raises BadFrame if the colour can be read around too few dots.
     """
     share, pitch = ring_share(check_image(image), uv), pitch_px(uv)
     if share > model.ring / pitch + 0.02:
@@ -249,11 +283,11 @@ def update_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camer
     model = replace(model, ring_share=model.ring / pitch)
     colours = log_ratios(image, uv, model.ring)
     ratios = colours.ratios
-    places = model.cap.meet(camera.centre, camera.rays(uv))
-    known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
+    positions = model.cap.meet(camera.centre, camera.rays(uv))
+    known = np.isfinite(ratios).all(1) & np.isfinite(positions).all(1)
     if known.sum() < 30:
         raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; {CHECK_LIGHT}')
-    normals = (places[known] - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius
-    length = model.path.lengths(places[known], normals)[0]
+    normals = (positions[known] - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius
+    length = model.path.lengths(positions[known], normals)[0]
     constants = np.median(ratios[known] + length[:, None] * model.absorptions, axis=0)
     return replace(model, constants=constants, noise=_noise_at_rest(colours, uv, camera, model.cap))

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dot positions from measured ranges, regularised by the membrane's force balance.
 
-Off contact the membrane's elastic force and the fluid's pressure cancel; in contact the residual is the object's pressure. Each dot is free
-(residual: the mesh's discretisation error) or touched (residual: roughly the fluid's pressure): a mixture model with coupled neighbours,
-solved by reweighted Gauss-Newton steps in the ranges, each one banded Cholesky solve. It assumes no object shape and no motion.
+Outside of contact the membrane's elastic force and the fluid's pressure cancel; in contact the residual is the object's pressure. Each dot
+is free (residual: the mesh's discretisation error) or touched (residual: roughly the fluid's pressure): a mixture model with coupled
+neighbours, solved by reweighted Gauss-Newton steps in the ranges, each one banded Cholesky solve. It assumes no object shape and no motion.
 
 With the rest tension T0 = p0 R / 2 (Young-Laplace), the energy of a triangle of area A (A0 at rest) is G/2 (tr C + a (A0/A)^2) A0 with
 a = 1 - T0/G (incompressible neo-Hookean): the first term is the cotangent Laplacian of the rest shape (springs with constant weights), the
@@ -21,17 +21,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 
-_MOST = 4096  # dots, 64 x 64; chosen: no printed pad has more
+MAX_DOTS = 4096  # 64 x 64; no printed pad has more
 
 
 @dataclass(frozen=True)
 class MembraneMaterial:
-    """shear_stiffness: shear modulus times thickness, N/m; rest_pressure: gauge pressure of the fluid without contact, Pa;
-    rest_curvature_radius: m.
+    """Material and undeformed state of the membrane.
 
-    Raises BadArgument for a rest tension p R / 2 above shear_stiffness, which a neo-Hookean membrane cannot carry.
+    Parameters
+    ----------
+    shear_stiffness : float
+        Shear modulus times thickness in N/m.
+    rest_pressure : float
+        Gauge pressure of the fluid without contact in Pa.
+    rest_curvature_radius : float
+        Radius of curvature without contact in m.
+
+    Raises
+    ------
+    BadArgument
+        If the rest tension p R / 2 exceeds shear_stiffness, which a neo-Hookean membrane cannot carry.
     """
 
     shear_stiffness: float = 90.0
@@ -50,46 +61,80 @@ class MembraneMaterial:
 
 
 class Membrane:
-    """The membrane between the dots of a rows x columns grid with rest positions rest_xyz (K, 3), m, in the order of their numbers;
-    origin: (3,) m, camera centre.
+    """The membrane between the dots of a grid. Kernel: src/touchpad/membrane.cpp.
 
-    core: the running membrane (_core.Membrane), which holds the last frame. NaN rows of rest_xyz (dots missing from the reference) are
-    interpolated. Raises BadArgument for too many dots, or less than half of the rest positions.
-    Kernel: src/touchpad/membrane.cpp.
+    Parameters
+    ----------
+    rest_xyz : ndarray, shape (rows * columns, 3)
+        Reference positions in m in the order of the dots' numbers; NaN rows, of dots missing from the reference, are interpolated.
+    rows, columns : int
+        Size of the grid.
+    origin : ndarray, shape (3,)
+        Camera centre in m.
+    material : MembraneMaterial, optional
+        Material.
+    model : MembraneModel, optional
+        Constants of the estimate.
+
+    Attributes
+    ----------
+    core : _core.touchpad.Membrane
+        The running membrane, which holds the last frame.
+
+    Raises
+    ------
+    BadArgument
+        If there are too many dots, or less than half of the reference positions are known.
     """
 
     def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, origin: np.ndarray, material: MembraneMaterial | None = None,
-                 model: _core.MembraneModel | None = None):
-        if rows * columns > _MOST:
-            raise BadArgument(f'membrane: {rows} x {columns} dots are more than the maximum of {_MOST}; check rows and columns')
+                 model: _core.touchpad.MembraneModel | None = None):
+        if rows * columns > MAX_DOTS:
+            raise BadArgument(f'membrane: {rows} x {columns} dots are more than the maximum of {MAX_DOTS}; check rows and columns')
         self.rows, self.columns = rows, columns
-        self.material, self.origin, self._model = material or MembraneMaterial(), np.asarray(origin, float), model or _core.MembraneModel()
+        self.material, self.origin = material or MembraneMaterial(), np.asarray(origin, float)
+        self._model = model or _core.touchpad.MembraneModel()
         self.core = self._at(rest_xyz)
 
-    def _at(self, rest_xyz: np.ndarray) -> _core.Membrane:
+    def _at(self, rest_xyz: np.ndarray) -> _core.touchpad.Membrane:
         size, rest = self.rows * self.columns, np.asarray(rest_xyz, float)
         known = np.isfinite(rest).all(1)
         if known.sum() < size / 2:
-            raise BadArgument(f'membrane: only {known.sum()} of {size} dots have a rest place; take a new reference')
-        return _core.Membrane(
-            fill_rest(rest, known, self.columns), rows=self.rows, columns=self.columns, stiffness=self.material.shear_stiffness,
-            area_share=1 - self.material.rest_tension / self.material.shear_stiffness, pressure=self.material.rest_pressure,
-            origin=self.origin, model=self._model)
+            raise BadArgument(f'membrane: only {known.sum()} of {size} dots have a reference position; take a new reference')
+        stiffness = self.material.shear_stiffness
+        material = _core.touchpad.SkinMaterial(stiffness=stiffness, area_share=1 - self.material.rest_tension / stiffness,
+                                               pressure=self.material.rest_pressure)
+        return _core.touchpad.Membrane(fill_rest(rest, known, self.columns), rows=self.rows, columns=self.columns, material=material,
+                                       origin=self.origin, model=self._model)
 
     def set_rest(self, rest_xyz: np.ndarray) -> None:
-        """Take other rest positions (K, 3), m, of a drifting reference. Raises BadArgument as the constructor."""
+        """Take new rest positions (K, 3), m, of a drifting reference. Raises BadArgument as the constructor does."""
         self.core.take_rest(self._at(rest_xyz))
 
-    def solve(self, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray) -> _core.MembraneState:
-        """The state of the next frame from measured ranges (N,) m along unit rays (N, 3) from the origin to the dots ids (N,).
+    def solve(self, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray) -> _core.touchpad.MembraneState:
+        """Estimate the state of the next frame from measured ranges.
 
-        sigma: (N,) m, independent error of each range, without the errors that neighbours share; a NaN range is interpolated.
+        Parameters
+        ----------
+        rays : ndarray, shape (N, 3)
+            Unit rays from the origin to the dots.
+        ranges : ndarray, shape (N,)
+            Measured distances along the rays in m; a dot with a NaN range is interpolated.
+        sigma : ndarray, shape (N,)
+            Independent error of each range in m, without the errors that neighbours share.
+        ids : ndarray, shape (N,)
+            Numbers of the dots.
+
+        Returns
+        -------
+        MembraneState
+            Positions, forces and loads of all dots.
         """
         return self.core.solve(rays, ranges, sigma, ids)
 
 
 def fill_rest(rest: np.ndarray, known: np.ndarray, columns: int) -> np.ndarray:
-    """rest (K, 3) with unknown rows from a bicubic polynomial in row and column, fitted to the known ones."""
+    """Fill unknown rows of rest (K, 3) by a bicubic polynomial in row and column, fitted to the known ones."""
     if known.all():
         return rest
     row, column = np.divmod(np.arange(len(rest)), columns)

@@ -1,33 +1,42 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Motion of the object between two frames, and its pose since it touched (paper touchpad_contact_region, eq 4)."""
+"""Motion of the object between two frames, and its pose since first contact (paper touchpad_contact_region, eq 4)."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..common.geometry import lie_on_a_line
+from ..common.geometry import are_collinear
 
-_SAME_S = 1e-6  # s, up to which two stamps are one
-_KEPT_S = 4.5   # s, that poses are kept: motions reach back over 4 s at most (published/touchpad_contact_region.py:MAX_INTERVAL_S)
-_NARROW = 1e-3  # least width over length of points; below, the turn about their line is open. Chosen
+_SAME_STAMP_S = 1e-6  # s; stamps that differ by less are equal
+_HISTORY_S = 4.5   # s; motions reach back over 4 s at most (published/touchpad_contact_region.py:MAX_INTERVAL_S)
 
 Pose = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
 class RigidMotion:
-    """q = rotation @ p + translation. rotation: (3, 3); translation: (3,) m."""
+    """The motion q = rotation @ p + translation.
+
+    Attributes
+    ----------
+    rotation : ndarray, shape (3, 3)
+        Rotation matrix.
+    translation : ndarray, shape (3,)
+        Translation in m.
+    """
 
     rotation: np.ndarray
     translation: np.ndarray
 
 
 def fit_rigid(p: np.ndarray, q: np.ndarray) -> RigidMotion | None:
-    """Least squares over p (N, 3) and q (N, 3), m, finite (Kabsch 1976); None where fewer than three points, or points on a line, leave it
-    open."""
-    if len(p) < 3 or any(lie_on_a_line(points, thinnest=_NARROW) for points in (p, q)):
+    """Rigid motion from points p (N, 3) to q (N, 3), m, by least squares (Kabsch 1976).
+
+    None if the points do not determine it: fewer than three, or collinear.
+    """
+    if len(p) < 3 or any(are_collinear(points) for points in (p, q)):
         return None
     u, _, v = np.linalg.svd((p - p.mean(axis=0)).T @ (q - q.mean(axis=0)))
     rotation = (u * [1, 1, np.sign(np.linalg.det(u @ v))] @ v).T
@@ -35,27 +44,34 @@ def fit_rigid(p: np.ndarray, q: np.ndarray) -> RigidMotion | None:
 
 
 class ObjectPose:
-    """Accumulates motions from an earlier frame to now. The pose is that of the first frame of a touch, and before it, until a motion from
-    there is known; where the motion, or the pose that it starts from, is unknown, so is the pose."""
+    """Accumulates the motions of an object into its pose relative to first contact.
+
+    The pose is the identity until a motion is known: while a contact forms, too few dots touch, and the pose counts from the last frame
+    before the first known motion. After that it is unknown while the motion, or the pose at the start of the motion, is unknown.
+    """
 
     def __init__(self):
-        self._known: list[tuple[float, Pose]] = []
+        self._history: list[tuple[float, Pose]] = []
 
     def process(self, touches: bool, motion: RigidMotion | None, interval: float, stamp_s: float) -> Pose | None:
-        """Rotation (3, 3) and translation (3,) m that bring a point of the object from where it was at first touch to where it is at
-        stamp_s; None where unknown. motion: over the last interval, s, None where unknown."""
+        """Pose of the object at stamp_s, s, relative to first contact: rotation (3, 3) and translation (3,) m; None if unknown.
+
+        touches: whether the object is in contact; motion: over the last interval, s, None if unknown.
+        """
         if not touches:
-            self._known = []
+            self._history = []
             return None
-        pose = self._moved(motion, stamp_s - interval) if self._known else (np.eye(3), np.zeros(3))
+        if motion is None and len(self._history) == 1:
+            self._history = []
+        pose = self._moved(motion, stamp_s - interval) if self._history else (np.eye(3), np.zeros(3))
         if pose is not None:
-            self._known = [one for one in self._known if one[0] > stamp_s - _KEPT_S] + [(stamp_s, pose)]
+            self._history = [one for one in self._history if one[0] > stamp_s - _HISTORY_S] + [(stamp_s, pose)]
         return pose
 
     def _moved(self, motion: RigidMotion | None, since: float) -> Pose | None:
         if motion is None:
             return None
-        first, pose = self._known[0]
-        if since > first + _SAME_S:
-            pose = next((pose for stamp, pose in self._known if abs(stamp - since) < _SAME_S), None)
+        first, pose = self._history[0]
+        if since > first + _SAME_STAMP_S:
+            pose = next((pose for stamp, pose in self._history if abs(stamp - since) < _SAME_STAMP_S), None)
         return pose and (motion.rotation @ pose[0], motion.rotation @ pose[1] + motion.translation)

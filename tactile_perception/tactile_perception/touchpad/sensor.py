@@ -10,14 +10,27 @@ import numpy as np
 
 from ..common.camera import CameraModel, camera_pose
 from ..common.geometry import Cap
-from ..errors import BadArgument
+from ..core.errors import BadArgument
 from .membrane import MembraneMaterial
 
 
 @dataclass(frozen=True)
 class Touchpad:
-    """rows, columns: of the printed grid; cap: untouched shape; material: of the membrane;
-    rotation (3, 3), translation (3,) m: x_camera = rotation @ x_sensor + translation."""
+    """Geometry and material of a touchpad.
+
+    Attributes
+    ----------
+    rows, columns : int
+        Size of the printed grid.
+    cap : Cap
+        Undeformed surface.
+    material : MembraneMaterial
+        Material of the membrane.
+    rotation : ndarray, shape (3, 3)
+        Rotation R of x_camera = R @ x_sensor + t.
+    translation : ndarray, shape (3,)
+        Translation t in m.
+    """
 
     rows: int
     columns: int
@@ -28,7 +41,23 @@ class Touchpad:
 
     @classmethod
     def from_parameters(cls, values: Mapping) -> Touchpad:
-        """The sensor for values (of TOUCHPAD_SENSOR_PARAMETERS). Raises BadArgument for inconsistent values."""
+        """Make the sensor from parameters.
+
+        Parameters
+        ----------
+        values : Mapping
+            Values of TOUCHPAD_SENSOR_PARAMETERS.
+
+        Returns
+        -------
+        Touchpad
+            The sensor.
+
+        Raises
+        ------
+        BadArgument
+            If the values are inconsistent.
+        """
         rotation, translation = camera_pose(values)
         cap = Cap(values['cap.curvature_radius'], values['cap.height'])
         if min(values['rows'], values['columns']) < 3:
@@ -37,5 +66,18 @@ class Touchpad:
         return cls(values['rows'], values['columns'], cap, material, rotation, translation)
 
     def camera(self, matrix: np.ndarray, distortion: np.ndarray) -> CameraModel:
-        """The camera with K (3, 3), distortion (5,) and its pose in the sensor."""
+        """Make the camera model, with the pose of the camera in the sensor.
+
+        Parameters
+        ----------
+        matrix : ndarray, shape (3, 3)
+            Camera matrix K.
+        distortion : ndarray, shape (5,)
+            Distortion coefficients.
+
+        Returns
+        -------
+        CameraModel
+            The camera.
+        """
         return CameraModel(matrix, distortion, self.rotation, self.translation)

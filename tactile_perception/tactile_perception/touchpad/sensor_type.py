@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The sensor type `touchpad`."""
-from ..sensor_type import CAMERA_INFO, CAMERA_POSE, CAMERA_SOURCES, SensorType
+from ..core.sensor_type import CAMERA_INFO, CAMERA_POSE, CAMERA_SOURCES, SensorType
 
 TOUCHPAD = SensorType(
     driver='camera_node',
@@ -12,4 +12,5 @@ TOUCHPAD = SensorType(
     calibrate='tactile_perception.touchpad.tools:calibrate_touchpad',
     calibrate_options=('sphere_radius',),
     pressed_surface='tactile_perception.touchpad.tools:pressed_cap',
+    has_motion=True,
 )

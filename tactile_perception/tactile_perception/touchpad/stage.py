@@ -5,21 +5,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..calibration.files.format import read_calibration
-from ..camera_stage import Matrices
+from ..common import messages as convert
+from ..common.camera_stage import Matrices
+from ..core.calibration_file import read_calibration
 from ..dots.stage import DotStage
 from ..dots.tracker import DotTracker
-from ..nodes.messages import conversions as convert
 from .calibration import read_touchpad
 from .estimator import ContactEstimator
 from .parameters import NODE, TOUCHPAD_PARAMETERS
-from .places import TouchpadDots
+from .positions import touchpad_tracker
 from .sensor import Touchpad
 
 
 class TouchpadStage(DotStage):
-    """image_raw (or dots) -> dots, contact_region, contacts, slip, wrench, points. Raises BadArgument for wrong values, BadCalibration for
-    a bad file."""
+    """image_raw (or dots) -> dots, contact_region, contacts, slip, wrench, points.
+
+    Parameters
+    ----------
+    values : Mapping
+        Values of TOUCHPAD_PARAMETERS.
+
+    Raises
+    ------
+    BadArgument
+        If the values are inconsistent.
+    BadCalibration
+        If the calibration file cannot be used.
+    """
 
     node, parameters, needs_camera = NODE, TOUCHPAD_PARAMETERS, True
     contact_outputs = convert.RESULTS | convert.POINTS
@@ -30,17 +42,17 @@ class TouchpadStage(DotStage):
         self.sensor = Touchpad.from_parameters(values)
         self.calibration = read_calibration(values['calibration'], 'touchpad', values) if values['calibration'] else None
         if self.calibration is None:
-            import scipy.optimize  # noqa: F401 - identifies the liquid from the first image, which would wait for it otherwise
+            import scipy.optimize  # noqa: F401 - needed for the first image, which would otherwise wait for the import
 
     def make_tracker(self, matrices: Matrices | None, size: tuple[int, int] | None) -> DotTracker:
-        """See DotStage; without a camera dots have no 3D positions."""
+        """Make the tracker; without a calibrated camera its dots have no 3D positions."""
         camera = self.sensor.camera(*matrices) if matrices else None
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
-        return TouchpadDots(self.sensor, camera, self.values, water)
+        return touchpad_tracker(self.sensor, camera, self.values, water)
 
     def make_contact(self, matrices: Matrices | None, size: tuple[int, int] | None, tracker: DotTracker | None) -> ContactEstimator | None:
-        """See DotStage; None without a calibrated camera."""
+        """Make the contact estimator; None without a calibrated camera."""
         if matrices is None:
             return None
-        rest = tracker.places.rest if tracker is not None else None
+        rest = tracker.positions.rest if tracker is not None else None
         return ContactEstimator(self.sensor, self.sensor.camera(*matrices), self.values, self.calibration, rest)

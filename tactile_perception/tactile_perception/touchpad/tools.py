@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrates a touchpad: fits its optics to recordings of a sphere pressed at known positions (ground_truth/contacts)."""
+"""Calibrates a touchpad: fits its optical model to recordings of a sphere pressed at known positions (ground_truth/contacts)."""
 from __future__ import annotations
 
 import sys
@@ -11,25 +11,24 @@ import numpy as np
 from tactile_driver.nodes.messages.images import image_to_array
 
 from ..bags.stamped import TRUTH, pairs_of
-from ..calibration.files.format import Specimen
-from ..calibration.residuals import write_and_report
 from ..common.camera import CameraModel
 from ..common.marker_sensor import MarkerSensor
+from ..common.residuals import write_and_report
+from ..core.calibration_file import Specimen
+from ..core.errors import BadCalibration, BadFrame
+from ..core.messages import camera_matrices, stamp_seconds
+from ..core.parameter_files import read_parameters
 from ..dots.tracker import make_tracker
-from ..errors import BadCalibration, BadFrame
-from ..nodes.messages import conversions as convert
-from ..parameters.file import read_parameters
-from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
+from .calibration import MIN_DEPTH, Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
 from .parameters import NODE, TOUCHPAD_PARAMETERS
 from .sensor import Touchpad
 
-_MOST_PRESSES, _MOST_REST = 80, 10  # frames fitted, chosen
-_RADIUS_PRESSES = 12  # presses fitted while searching for the sphere's radius, chosen
-_TOUCHES = 3e-4  # m, chosen: smallest depth of a press
+_MAX_PRESSES, _MAX_UNTOUCHED = 80, 10  # frames used in the fit
+_MAX_PRESSES_FOR_RADIUS = 12  # presses used in the search for the sphere's radius
 
 
 class PressReader:
-    """Reads presses from bags: each image with the true contact of its stamp."""
+    """Reads presses from bags: each image with the ground-truth contact of the same stamp."""
 
     def __init__(self, values: dict, namespace: str):
         self.sensor = Touchpad.from_parameters(values)
@@ -38,20 +37,20 @@ class PressReader:
         self._values, self._namespace = values, namespace
 
     def read(self, bag: Path) -> list[Press]:
-        """Every usable frame of one bag. Raises TactileError for a bag without images or ground truth."""
+        """Read every usable frame of one bag. Raises TactileError for a bag without images or ground truth."""
         tracker = make_tracker(self._values)
         presses = []
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera):
             image, contacts = found['image_raw'], found[TRUTH].contacts
             try:
-                tracks = tracker.process(image_to_array(image), convert.stamp_seconds(image.header))
+                tracks = tracker.process(image_to_array(image), stamp_seconds(image.header))
                 presses.append(_press(name, image_to_array(image), tracks, contacts))
             except BadFrame as error:
                 self.left_out.append(f'{name}: {error}')
         return presses
 
     def _take_camera(self, message) -> None:
-        matrices = convert.camera_matrices(message)
+        matrices = camera_matrices(message)
         if matrices is None:
             raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_url of camera_node)')
         self.camera = self.sensor.camera(*matrices)
@@ -59,26 +58,26 @@ class PressReader:
 
 def _press(name: str, image: np.ndarray, tracks, contacts: list) -> Press:
     if len(contacts) > 1:
-        raise BadFrame(f'{len(contacts)} contacts; one sphere at a time is needed')
+        raise BadFrame(f'{len(contacts)} contacts; press one sphere at a time')
     if not contacts:
         return Press(image, tracks, name=name)
     tip = contacts[0].position
     return Press(image, tracks, np.array([tip.x, tip.y, tip.z]), contacts[0].depth, name)
 
 
-def chosen(presses: list[Press], most: int = _MOST_PRESSES) -> list[Press]:
-    """Evenly spaced choice of untouched frames and of presses; touching frames shallower than _TOUCHES are left out."""
-    rest = [p for p in presses if not p.touching]
-    touching = [p for p in presses if p.touching and p.depth >= _TOUCHES]
-    return _evenly(rest, _MOST_REST) + _evenly(touching, most)
+def select_frames(presses: list[Press], max_presses: int = _MAX_PRESSES) -> list[Press]:
+    """Evenly spaced selections of untouched frames and of presses; presses shallower than MIN_DEPTH are left out."""
+    untouched = [p for p in presses if not p.touching]
+    touching = [p for p in presses if p.touching and p.depth >= MIN_DEPTH]
+    return _evenly(untouched, _MAX_UNTOUCHED) + _evenly(touching, max_presses)
 
 
-def _evenly(items: list, most: int) -> list:
-    return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int))] if items else []
+def _evenly(items: list, count: int) -> list:
+    return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(count, len(items))).round().astype(int))] if items else []
 
 
 def report(found: TouchpadCalibration) -> list[str]:
-    """Lines about the fit."""
+    """Lines that describe the fit."""
     model = found.model
     shallow, deep = (1e3 * depth for depth in found.depth_range)
     return [
@@ -91,7 +90,7 @@ def report(found: TouchpadCalibration) -> list[str]:
 
 
 def pressed_cap(params: Path) -> MarkerSensor:
-    """The undeformed cap of the touchpad that a parameter file describes, as a dome without markers.
+    """Read the undeformed cap of a touchpad from a parameter file, as a dome without markers.
 
     Raises BadArgument for wrong parameters.
     """
@@ -101,19 +100,36 @@ def pressed_cap(params: Path) -> MarkerSensor:
 
 def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
                        sphere_radius: float | None = None) -> str:
-    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+    """Fit the model, write the calibration file and the plot of its residuals, and return a report.
 
-    Raises TactileError for recordings that cannot determine the model.
+    Parameters
+    ----------
+    bags : list of Path
+        Recordings of presses with ground_truth/contacts.
+    params, output, namespace, serial
+        See `SensorType.calibrate`.
+    sphere_radius : float, optional
+        Radius of the sphere in m; fitted by default.
+
+    Returns
+    -------
+    str
+        The report.
+
+    Raises
+    ------
+    TactileError
+        If the recordings do not determine the model.
     """
     values = read_parameters(params, NODE, TOUCHPAD_PARAMETERS)
     reader = PressReader(values, namespace)
-    presses = chosen([press for bag in bags for press in reader.read(bag)])
+    presses = select_frames([press for bag in bags for press in reader.read(bag)])
     if reader.camera is None:
         raise BadCalibration('no camera_info in the recordings; record it beside image_raw')
     cap = reader.sensor.cap
     if sphere_radius is None:
-        print('fitting the radius of the sphere; with --sphere-radius this is not needed', file=sys.stderr, flush=True)
-        few = chosen(presses, most=_RADIUS_PRESSES)
+        print('fitting the radius of the sphere; --sphere-radius saves this step', file=sys.stderr, flush=True)
+        few = select_frames(presses, _MAX_PRESSES_FOR_RADIUS)
         sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
     found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
     height, width = presses[0].image.shape[:2]

@@ -20,8 +20,8 @@ from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts, Slip
 from tactile_perception.bags.replay import Replay
 from tactile_perception.bags.stamped import TRUTH, find_prefix, pairs_of
-from tactile_perception.errors import BadArgument, BadCalibration, BadRecording
-from tactile_perception.parameters.file import write_parameters
+from tactile_perception.core.errors import BadArgument, BadCalibration, BadRecording
+from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.tools.judged_bag import JudgedBag
 
 
@@ -108,6 +108,7 @@ def test_the_sensor_is_found_or_has_to_be_named():
     assert find_prefix({'/a/image_raw': image, '/a/dots': 'x'}, '') == '/a/'
     assert find_prefix({'/a/image_raw': image, '/b/image_raw': image}, 'b') == '/b/'
     assert find_prefix({'/a/left/image_raw': image, '/a/right/image_raw': image}, '', 'left/image_raw') == '/a/'
+    assert find_prefix({f'/a/{view}image_raw': image for view in ('', 'left/', 'right/')}, '') == '/a/', 'one sensor and its two views'
     with pytest.raises(BadRecording, match='--namespace'):
         find_prefix({'/a/image_raw': image, '/b/image_raw': image}, '')
 

@@ -11,8 +11,8 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.stitching.methods import make_stitcher
 from tactile_perception.bags.stitched_bag import StitchedBag, bag_opener, stitching_in
-from tactile_perception.calibration.files.format import CalibrationFile, write_calibration
-from tactile_perception.parameters.file import write_parameters
+from tactile_perception.core.calibration_file import CalibrationFile, write_calibration
+from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.press.stitching import fit_stitching
 
 

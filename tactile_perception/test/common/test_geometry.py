@@ -7,12 +7,12 @@ import pytest
 from scipy.interpolate import BSpline
 
 from tactile_driver.lens import farthest_square
-from tactile_perception._core import back_project, camera_rays
+from tactile_perception._core.common import Camera
 from tactile_perception.common.geometry import (
     Cap,
     FrameTree,
+    are_collinear,
     deepest_notch,
-    lie_on_a_line,
     matrix_of_quaternion,
     quaternion,
     rotation_matrix,
@@ -22,7 +22,7 @@ from tactile_perception.common.geometry import (
 )
 from tactile_perception.common.surface import DotSurface, fill_unseen, grid_normals, region_outlines, to_grid
 from tactile_perception.common.surface_points import STICKING, SurfacePoints, dot_points, scattered_normals
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.core.errors import BadArgument, BadFrame
 
 
 @pytest.mark.parametrize('vector', [[0, 0, 0], [3.1, 0, 0], [0, -3.0, 0.2], [0.1, 0.2, 3.0], [1, 1, 1]])
@@ -53,9 +53,9 @@ def hand():
     return tree
 
 
-def at(tree, frame, reference, place=(0, 0, 0)):
+def at(tree, frame, reference, position=(0, 0, 0)):
     rotation, translation = tree.pose(frame, reference)
-    return rotation @ place + translation
+    return rotation @ position + translation
 
 
 def test_up_down_and_across():
@@ -149,9 +149,9 @@ def test_values_of_a_cubic_are_met_at_and_between_levels(levels):
 @pytest.mark.parametrize('corners, depth', [
     ([[0, 0], [4, 0], [4, 3], [2, 1.2], [0, 3]], 1.8), ([[0, 0], [2, 1], [4, 0], [4, 3], [0, 3]], 1.0),
     ([[0, 0], [2, 0], [2, 2], [0, 2]], 0.0), ([[0, 0], [2, 0], [0, 2]], 0.0), ([[1, 1]] * 7, 0.0), ([[0, 0], [1, 1], [2, 2], [1, 1]], 0.0)])
-@pytest.mark.parametrize('way', [1, -1])
-def test_a_notch_is_as_deep_as_it_lies_below_the_hull(corners, depth, way):
-    assert deepest_notch(np.array(corners, float)[::way]) == pytest.approx(depth, abs=2e-3)
+@pytest.mark.parametrize('direction', [1, -1])
+def test_a_notch_is_as_deep_as_it_lies_below_the_hull(corners, depth, direction):
+    assert deepest_notch(np.array(corners, float)[::direction]) == pytest.approx(depth, abs=2e-3)
 
 
 @pytest.mark.parametrize('width', [0.0, 0.9e-3, 1.1e-3, 0.5])
@@ -160,7 +160,7 @@ def test_points_are_on_a_line_by_their_second_extent(width):
     cloud = rng.normal(size=(50, 3))
     extents = np.linalg.qr(cloud - cloud.mean(axis=0))[0] * [1.0, width, 0.0]
     points = extents @ np.linalg.qr(rng.normal(size=(3, 3)))[0] + rng.normal(size=3)
-    assert lie_on_a_line(points, thinnest=1e-3) == (width < 1e-3)
+    assert are_collinear(points, min_aspect=1e-3) == (width < 1e-3)
 
 
 @pytest.mark.parametrize('ids', [[0, 6], [-1, 2], [1, 1]])
@@ -173,7 +173,7 @@ def test_slopes_are_central_and_one_sided_at_gaps():
     column, row = np.meshgrid(np.arange(5.0), np.arange(2.0))
     normal = grid_normals(np.stack([column, row, np.tile([0.0, 1, 4, np.nan, 16], (2, 1))], axis=-1))
     np.testing.assert_allclose(-normal[..., 0] / normal[..., 2], np.tile([1, 2, 3, np.nan, np.nan], (2, 1)), rtol=1e-12)
-    assert np.isnan(grid_normals(np.stack([column, row, column], axis=-1)[:1])).all()  # nothing tells the slope by row
+    assert np.isnan(grid_normals(np.stack([column, row, column], axis=-1)[:1])).all()  # the slope along rows is undetermined
 
 
 def test_fills_a_plane_exactly():
@@ -246,8 +246,8 @@ def degrees_off(found, true):
 
 
 def test_normals_of_scattered_points_of_a_sphere():
-    places = on_a_sphere(300)
-    off = degrees_off(scattered_normals(places), places / RADIUS)
+    positions = on_a_sphere(300)
+    off = degrees_off(scattered_normals(positions), positions / RADIUS)
     assert np.median(off) < 1.5 and np.percentile(off, 95) < 5.0
 
 
@@ -255,8 +255,8 @@ def test_normals_of_scattered_points_of_a_plane_are_exact_and_upward():
     rng = np.random.default_rng(1)
     xy = rng.uniform(-0.1, 0.1, (60, 2))
     true = np.array([0.3, -0.2, 1.0]) / np.linalg.norm([0.3, -0.2, 1.0])
-    places = np.column_stack([xy, -(xy @ true[:2]) / true[2]])
-    assert degrees_off(scattered_normals(places), np.tile(true, (60, 1))).max() < 1e-4
+    positions = np.column_stack([xy, -(xy @ true[:2]) / true[2]])
+    assert degrees_off(scattered_normals(positions), np.tile(true, (60, 1))).max() < 1e-4
 
 
 @pytest.mark.parametrize('count', [0, 1, 3])
@@ -265,9 +265,9 @@ def test_too_few_points_have_no_normal(count):
 
 
 def test_a_point_without_a_place_has_no_normal_and_spoils_no_other():
-    places = on_a_sphere(300)
-    places[[5, 90]] = np.nan
-    found = scattered_normals(places)
+    positions = on_a_sphere(300)
+    positions[[5, 90]] = np.nan
+    found = scattered_normals(positions)
     assert np.flatnonzero(np.isnan(found).any(axis=1)).tolist() == [5, 90]
 
 
@@ -296,21 +296,24 @@ ROTATION = cv2.Rodrigues(np.array([0.1, -0.2, 0.3]))[0]
 CENTRE, PLANE_Z = np.array([0.003, -0.002, -0.06]), 0.004
 
 
+def camera(lens, rotation=ROTATION):
+    return Camera(matrix=MATRIX, distortion=lens, rotation=rotation, farthest=farthest_square(lens))
+
+
 def seen(uv, lens, rotation=ROTATION):
-    return back_project(uv, matrix=MATRIX, distortion=lens, rotation=rotation, centre=CENTRE, farthest=farthest_square(lens),
-                        plane_z=PLANE_Z)
+    return camera(lens, rotation).back_project(uv, centre=CENTRE, plane_z=PLANE_Z)
 
 
-def image(places, lens, rotation=ROTATION):
-    """(N, 2) px: OpenCV's projection of places (N, 2) in the plane."""
-    points = np.column_stack([places, np.full(len(places), PLANE_Z)])
+def image(positions, lens, rotation=ROTATION):
+    """(N, 2) px: OpenCV's projection of positions (N, 2) in the plane."""
+    points = np.column_stack([positions, np.full(len(positions), PLANE_Z)])
     return cv2.projectPoints(points, cv2.Rodrigues(rotation)[0], -rotation @ CENTRE, MATRIX, lens)[0].reshape(-1, 2)
 
 
 @pytest.mark.parametrize('lens', LENSES)
 def test_places_are_found_from_their_pixels(lens):
-    places = np.random.default_rng(1).uniform(-0.025, 0.025, (200, 2))
-    assert seen(image(places, lens), lens)[:, :2] == pytest.approx(places, abs=1e-12)
+    positions = np.random.default_rng(1).uniform(-0.025, 0.025, (200, 2))
+    assert seen(image(positions, lens), lens)[:, :2] == pytest.approx(positions, abs=1e-12)
 
 
 @pytest.mark.parametrize('lens', LENSES)
@@ -325,7 +328,7 @@ def test_rays_go_through_what_their_pixels_show(lens):
     points = np.random.default_rng(3).uniform([-0.025, -0.025, -0.01], [0.025, 0.025, 0.01], (200, 3))
     uv = cv2.projectPoints(points, cv2.Rodrigues(ROTATION)[0], -ROTATION @ CENTRE, MATRIX, lens)[0].reshape(-1, 2)
     away = points - CENTRE
-    rays = camera_rays(uv, matrix=MATRIX, distortion=lens, rotation=ROTATION, farthest=farthest_square(lens))
+    rays = camera(lens).rays(uv)
     assert rays == pytest.approx(away / np.linalg.norm(away, axis=1, keepdims=True), abs=1e-11)
 
 
@@ -333,7 +336,7 @@ def test_what_the_lens_does_not_image_and_what_is_not_a_place_are_unknown():
     fold = LENSES[3] * [1, 0, 0, 0, 0]
     outside = np.array([[320 + 601 * np.sqrt(farthest_square(fold)), 240], [np.nan, 3.0], [np.inf, 3.0], [1e30, 1e30]])
     assert np.isnan(seen(outside, fold)).all()
-    assert np.isnan(camera_rays(outside, matrix=MATRIX, distortion=fold, rotation=ROTATION, farthest=farthest_square(fold))).all()
+    assert np.isnan(camera(fold).rays(outside)).all()
     assert np.isnan(seen(outside[1:], LENSES[0], np.eye(3))).all()
     horizon = cv2.Rodrigues(np.array([np.pi / 2, 0.0, 0.0]))[0]  # the plane is seen edge on
     assert np.isnan(seen(np.array([[320.0, 240.0]]), LENSES[0], horizon)).all()

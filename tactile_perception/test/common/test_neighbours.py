@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from scipy.special import bdtrc, ndtr
+from scipy.special import ndtr
 
 from tactile_perception.common.neighbours import Neighbours
 from tactile_perception.common.statistics import normal_cdf
@@ -40,15 +40,9 @@ def test_normal_distribution_function():
     assert normal_cdf(x) == pytest.approx(ndtr(x), abs=1e-15)
 
 
-def test_mirror_images_by_chance():
-    from tactile_perception.dots.look import _binomial_tail
-    for successes, trials in ((1, 6), (30, 60), (400, 2000), (60, 60)):
-        assert _binomial_tail(successes, trials, 0.15) == pytest.approx(bdtrc(successes - 1, trials, 0.15), rel=1e-9)
-
-
 @pytest.mark.parametrize('node', ['touchpad_contact_node', 'press_contact_node', 'taxel_contact_node', 'psd_contact_node'])
 def test_a_process_of_a_sensor_starts_without_what_takes_long_to_import(node):
     slow = ('scipy.optimize', 'scipy.spatial', 'scipy.special', 'scipy.sparse', 'rosbag2_py', 'matplotlib')
-    code = (f'import sys; from tactile_perception.node import NODES; NODES[{node!r}]; '
+    code = (f'import sys; from tactile_perception.core.node import NODES; NODES[{node!r}]; '
             f'print(*(name for name in {slow!r} if name in sys.modules))')
     assert subprocess.run([sys.executable, '-c', code], check=True, capture_output=True, text=True).stdout.split() == []

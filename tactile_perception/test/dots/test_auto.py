@@ -10,10 +10,11 @@ import pytest
 from matplotlib import get_data_path
 from other_sheets import SHEETS, Film, score
 
+from tactile_perception.core.errors import BadFrame
+from tactile_perception.dots.appearance import find_candidates
 from tactile_perception.dots.auto import place_dots
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.tracker import DotTracker
-from tactile_perception.errors import BadFrame
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
 FOUND = {'lamps': 0.85}  # of 0.9: an exact place in the glow of a lamp is not certain
@@ -41,9 +42,9 @@ def test_what_was_taken_for_dots_is_reported_and_a_grid_is_found():
     assert tracker.process(Film(SHEETS['see_through']).frame(0)[0], 0.0).rows == 0 and 'no grid' in tracker.found
 
 
-def texture(blur):
-    """(240, 320) uint8 of spots as often brighter as darker than their ground."""
-    spots = cv2.GaussianBlur(np.random.default_rng(3).normal(0, 1, (240, 320)), (0, 0), blur)
+def texture(blur, shape=(240, 320)):
+    """uint8 of spots as often brighter as darker than their ground."""
+    spots = cv2.GaussianBlur(np.random.default_rng(3).normal(0, 1, shape), (0, 0), blur)
     return np.clip(120 + 15 * spots / spots.std(), 0, 255).astype(np.uint8)
 
 
@@ -74,10 +75,8 @@ def test_lamps_that_switch_change_no_track():
     ('simulated/tp_rect_drag/frames', 529, 'dark'), ('simulated/as_test/frames', 117, 'bright'),
     ('simulated/ad_test/frames_left', 88, 'bright'), ('simulated/ac_test/frames', 221, 'bright')])
 def test_dots_of_recordings_are_found_without_a_parameter(name, count, kind):
-    path, detector = RECORDINGS / name, DotDetector('any', 'auto')
-    path = min(path.iterdir()) if path.is_dir() else path
-    image = cv2.VideoCapture(str(path)).read()[1] if path.suffix == '.avi' else cv2.imread(str(path))
-    assert count <= len(detector.detect(image)) <= 1.03 * count
+    detector = DotDetector('any', 'auto')
+    assert count <= len(detector.detect(first_image(name))) <= 1.03 * count
     assert detector.found.split()[1] == kind
 
 
@@ -106,25 +105,58 @@ def common_share(a, b, within):
     return min(np.mean(away.min(axis=axis) < within) for axis in (0, 1))
 
 
-@pytest.mark.parametrize('name', ['plain', 'lamps', 'see_through', 'worn', 'two_layers'])
-@pytest.mark.parametrize('quality', [None, 90, 40])
-def test_an_image_shows_the_same_dots_whenever_and_however_it_comes(name, quality):
-    image = Film(SHEETS[name], seed=4).frame(0)[0]
-    if quality:
-        image = cv2.imdecode(cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_COLOR)
+def first_image(name):
+    """The first image of a recording, (H, W, 3) uint8."""
+    path = RECORDINGS / name
+    path = min(path.iterdir()) if path.is_dir() else path
+    return cv2.VideoCapture(str(path)).read()[1] if path.suffix == '.avi' else cv2.imread(str(path))
+
+
+def check_one_answer(image, size, least):
+    """The same image gives the same dots and no displacement; turned by 90 degrees, mirrored or doubled, it gives least of them: share of
+    the dots, of size px."""
     tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
     tracks = [tracker.process(image, k / 30) for k in range(5)]
     for track in tracks[1:]:
         np.testing.assert_array_equal(track.uv, tracks[0].uv)
         assert not track.duv.any()
-    least = 0.88 if name == 'worn' else 0.97  # a dot of which little is left may be on either side of a limit
-    dots, size, last = DotDetector('any', 'auto').detect(image).uv, SHEETS[name].size, np.array(image.shape[1::-1]) - 1.0
+    dots, last = DotDetector('any', 'auto').detect(image).uv, np.array(image.shape[1::-1]) - 1.0
     turned = DotDetector('any', 'auto').detect(np.rot90(image).copy()).uv
     assert common_share(np.column_stack([last[0] - turned[:, 1], turned[:, 0]]), dots, 0.05 * size) >= least
     mirrored = DotDetector('any', 'auto').detect(image[:, ::-1].copy()).uv
     assert common_share(np.column_stack([last[0] - mirrored[:, 0], mirrored[:, 1]]), dots, 0.05 * size) >= least
     doubled = DotDetector('any', 'auto').detect(cv2.resize(image, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)).uv
     assert common_share((doubled - 0.5) / 2, dots, 0.1 * size) >= least
+
+
+def compressed(image, quality):
+    return cv2.imdecode(cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_COLOR)
+
+
+def noisier(image):
+    return np.clip(image + np.random.default_rng(0).normal(0, 6, image.shape), 0, 255).astype(np.uint8)
+
+
+CHANGES = {'as it is': lambda image: image, 'quality 90': lambda image: compressed(image, 90),
+           'quality 40': lambda image: compressed(image, 40), 'noise of 6': noisier}
+
+
+@pytest.mark.parametrize('name', ['plain', 'lamps', 'see_through', 'worn', 'two_layers'])
+@pytest.mark.parametrize('change', CHANGES)
+def test_an_image_shows_the_same_dots_whenever_and_however_it_comes(name, change):
+    # Little is left of some worn dots, and noise is as strong as the contrast of see-through ones: they may be on either side of a limit.
+    least = {'worn': 0.88, 'see_through': 0.93}.get(name, 0.97)
+    check_one_answer(CHANGES[change](Film(SHEETS[name], seed=4).frame(0)[0]), SHEETS[name].size, least)
+
+
+@pytest.mark.skipif(not (RECORDINGS / 'bright_gel').is_dir(), reason='TACTILE_RECORDINGS holds no bright_gel')
+@pytest.mark.parametrize('name, size', [('bright_gel/still.png', 23), ('pin_array_127/frame_1000_0.png', 5),
+                                        ('gelsight_mini/mini_example.avi', 11), ('simulated/tp_rect_drag/frames', 11),
+                                        ('simulated/as_test/frames', 21), ('simulated/ac_test/frames', 16)])
+@pytest.mark.parametrize('change', CHANGES)
+def test_an_image_of_a_recording_shows_the_same_dots_whenever_and_however_it_comes(name, size, change):
+    least = 0.89 if 'pin_array' in name else 0.97  # pins of 5 px in a binary image have ragged edges, which doubling smooths
+    check_one_answer(CHANGES[change](first_image(name)), size, least)
 
 
 def reflections():
@@ -146,6 +178,24 @@ def unmarked_gel(seed):
     return np.clip(cv2.GaussianBlur(image, (0, 0), 1) + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
 
 
+def turned(shape, angle):
+    y, x = np.indices(shape)
+    return x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)
+
+
+def mesh(pitch, hole, ground, angle=0.1, blur=1.0):
+    """(240, 320) uint8 of a strainer: square holes of a pitch and a side, px, in wires darker or brighter than the ground behind."""
+    in_hole = np.logical_and(*(along % pitch < hole for along in turned((240, 320), angle)))
+    image = cv2.GaussianBlur(np.where(in_hole, float(ground), 230.0 - ground), (0, 0), blur)
+    return np.clip(image + np.random.default_rng(0).normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+
+
+def chessboard(cell, angle=0.2):
+    """(240, 320) uint8 of fields of cell px, whose corners are seen with some blur."""
+    odd = sum(np.floor(along / cell) for along in turned((240, 320), angle)) % 2
+    return cv2.GaussianBlur(40 + 160 * odd, (0, 0), 1.0).astype(np.uint8)
+
+
 def photographs():
     """Pictures that matplotlib ships, those that are installed: a person, a pattern of flowers, a logo."""
     folder = Path(get_data_path()) / 'sample_data'
@@ -157,11 +207,32 @@ def photographs():
                                    np.random.default_rng(0).integers(0, 256, (480, 640), dtype=np.uint8),
                                    np.random.default_rng(1).normal(120, 3, (240, 320, 3)).astype(np.uint8),
                                    (0.4 * np.add.outer(np.arange(240), np.arange(320))).astype(np.uint8),
-                                   np.kron(np.indices((8, 10)).sum(axis=0) % 2, np.ones((30, 30))).astype(np.uint8) * 200])
+                                   np.kron(np.indices((8, 10)).sum(axis=0) % 2, np.ones((30, 30))).astype(np.uint8) * 200,
+                                   *(mesh(pitch, hole, ground) for pitch, hole in ((24, 16), (48, 34)) for ground in (60, 170)),
+                                   *(chessboard(cell) for cell in (12, 24)), texture(1.0, (480, 640))])
 @pytest.mark.parametrize('polarity', ['any', 'dark', 'bright'])
 def test_what_shows_no_pattern_is_refused_in_one_sentence_that_says_what_is_seen(image, polarity):
     with pytest.raises(BadFrame, match='no pattern of .*dots: .*is this a sensor without markers'):
         DotDetector(polarity, 'auto').detect(image)
+
+
+PICTURES = ('astronaut', 'brick', 'camera', 'cell', 'chelsea', 'coffee', 'grass', 'gravel', 'moon', 'page', 'rocket', 'text')
+
+
+@pytest.mark.parametrize('name', [*PICTURES, 'chessboard_GRAY'])
+def test_pictures_that_scikit_image_ships_are_refused(name):
+    folder = Path(pytest.importorskip('skimage.data', reason='scikit-image is not installed').__file__).parent
+    picture = cv2.imread(str(folder / f'{name}.png')) if (folder / f'{name}.png').exists() else cv2.imread(str(folder / f'{name}.jpg'))
+    for factor in (1, 2) if 'chess' in name else (1,):
+        with pytest.raises(BadFrame, match='no pattern of dots: .*is this a sensor without markers'):
+            DotDetector('any', 'auto').detect(cv2.resize(picture, None, fx=factor, fy=factor))
+
+
+@pytest.mark.parametrize('blur', [0.6, 2.0])
+@pytest.mark.parametrize('quality', [95, 40])
+def test_a_strainer_that_is_out_of_focus_or_compressed_is_refused(blur, quality):
+    with pytest.raises(BadFrame, match='nearer to squares than to discs'):
+        DotDetector('any', 'auto').detect(compressed(mesh(24, 16, 60, 0.3, blur), quality))
 
 
 def test_other_dots_give_a_new_appearance_a_new_reference_and_a_word():
@@ -173,3 +244,16 @@ def test_other_dots_give_a_new_appearance_a_new_reference_and_a_word():
     assert 'bright' in tracker.found and 'measured anew' in tracker.warning
     tracker.set_reference()
     assert 'measured anew' not in tracker.warning
+
+
+def test_candidates_are_all_blobs_with_their_signs_and_nothing_without_any():
+    image = np.full((200, 300), 120, np.uint8)
+    place = np.array([(30 + 40 * (k % 6), 30 + 40 * (k // 6)) for k in range(24)])
+    for k, (x, y) in enumerate(place.tolist()):
+        cv2.circle(image, (x, y), 6, 20 if k < 18 else 220, -1)
+    found = find_candidates(image, 0)
+    for sign, wanted in ((-1, place[:18]), (1, place[18:])):
+        off = np.linalg.norm(found[sign].uv[:, None] - wanted, axis=2)
+        assert off.shape == (len(wanted), len(wanted)) and off.min(axis=0).max() < 1.5
+        assert np.abs(found[sign].diameter - 13).max() < 5
+    assert set(find_candidates(image, 1)) == {1} and len(find_candidates(np.full((200, 300), 120, np.uint8), -1)[-1].uv) == 0

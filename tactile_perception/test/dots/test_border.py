@@ -6,8 +6,8 @@ import pytest
 from border_checks import arrays_test
 
 from tactile_perception._core import dots
+from tactile_perception.dots.appearance import Appearance
 from tactile_perception.dots.fit import DiscModel
-from tactile_perception.dots.look import Look
 
 UV = 20.0 * np.argwhere(np.ones((6, 7)))[:, ::-1] + 10
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
@@ -15,7 +15,7 @@ SMALL = np.arange(600, dtype=np.uint8).reshape(20, 30)
 REGIONS = {'image': np.repeat(np.repeat(SMALL, 2, 0), 2, 1), 'small': SMALL, 'labels': np.ones((20, 30), np.uint16),
            'box': np.array([[3, 4, 10, 12]], np.int32), 'centre': np.array([[8.0, 9.0]]), 'label': np.ones(1, np.uint16)}
 TRACKS = {'last': UV, 'predicted': UV + 1.0, 'first': UV - 3.0, 'seen': np.ones(len(UV), bool), 'dots': UV + 0.8}
-LOOK, MODEL = Look('grey', 1, 4.0, 6.0, 8.0, 0.9, -100.0, 150.0, 2.0), DiscModel(4.0, 8.0, 0.9)
+LOOK, MODEL = Appearance('grey', 1, 4.0, 6.0, 8.0, 0.9, -100.0, 150.0, 2.0), DiscModel(4.0, 8.0, 0.9)
 TABLES = {name: getattr(MODEL, name) for name in ('basis', 'estimators', 'modes', 'gains', 'levers', 'profile')}
 
 
@@ -38,7 +38,7 @@ def call_finder(image=IMAGE, **tables):
 #: What is called, how it is called here, and an example of each of its arrays.
 CALLS = {
     'DotFinder': (call_finder, {'image': IMAGE, **TABLES}),
-    'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays, step=2), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
+    'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'link_tracks': (lambda **arrays: arrays_of(dots.link_tracks(**TRACKS | arrays, size=(300.0, 200.0)), 'dot', 'position'), TRACKS),
     'find_lattice': (lambda places=UV: arrays_of(dots.find_lattice(places), 'rc', 'member'), {'places': UV}),
 }

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from tactile_perception.common.dots import Dots
+from tactile_perception.core.errors import BadFrame
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.links import Linker
 from tactile_perception.dots.pattern import PatternNumbers
 from tactile_perception.dots.tracker import DotTracker
-from tactile_perception.errors import BadFrame
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
 IMAGE = np.zeros((480, 640), np.uint8)
@@ -36,6 +36,15 @@ def view(rng, is_hexagonal):
     p = p[:, :2] / p[:, 2:]
     spacing = rng.uniform(12, 40)
     return spacing * p * (1 + rng.uniform(-0.003, 0.003) * (p**2).sum(axis=1, keepdims=True)), spacing
+
+
+def test_a_speck_that_leaves_its_neighbours_step_by_step_loses_its_number():
+    uv, linker = 20.0 * np.stack(np.divmod(np.arange(48), 8), axis=1) + 40, Linker()
+    for k in range(8):
+        id = linker.update(dots(uv + 2.0 * k * (np.arange(48) == 20)[:, None] * [0, 1]), 0.03 * k, (300, 300))
+        assert (np.delete(id, 20) == np.delete(np.arange(48), 20)).all()
+        assert id[20] == (20 if k <= 4 else -1)
+    assert linker.lost > 0
 
 
 @pytest.mark.parametrize('is_cut', [False, True])

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import example, given, settings, strategies as st
 
 from tactile_perception.common.dots import Dots
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.dots.links import Linker, link_places
 from tactile_perception.dots.number import GridNumbering, find_lattice, number_grid
 from tactile_perception.dots.pattern import Pattern, PatternNumbers
-from tactile_perception.errors import BadArgument, BadFrame
 
 SCENES = {
     'plain': {},

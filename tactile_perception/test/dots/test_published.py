@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from tactile_perception.common.dots import Dots
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.dots.detect import DotDetector
-from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.published.sort import SortNumbers
 from tactile_perception.published.touchpad_contact_region import PaperDetector, PaperNumbering
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tactile_perception.core.errors import BadArgument
 from tactile_perception.dots.reference import CalibratedRest, Reference, rest_warning
-from tactile_perception.errors import BadArgument
 
 ROW, COLUMN = np.divmod(np.arange(100), 10)
 ID, UV, SIGMA = np.arange(100), np.stack([COLUMN, ROW], axis=1) * 20.0 + 30, np.full(100, 0.02)

@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from tactile_perception.common.dots import Dots
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.dots.reference import Reference
 from tactile_perception.dots.tracker import DotTracker
-from tactile_perception.errors import BadArgument, BadFrame
 
 RECORDINGS = os.environ.get('TACTILE_RECORDINGS')
 needs_recordings = pytest.mark.skipif(not RECORDINGS, reason='TACTILE_RECORDINGS is not set: recordings are not shipped')

@@ -29,7 +29,7 @@ def test_each_error_in_its_unit():
     errors = summed((reported, true))['errors']
     middle = {name: found['median'] for name, found in errors.items()}
     assert middle.pop('region_overlap') == pytest.approx(95 / (121 + 100 - 95), abs=0.02), 'of 9.5 mm by 10 mm'
-    assert middle == pytest.approx({'place': 1, 'depth': 0.2, 'normal': 0, 'touch_force': 0, 'region_area': 21, 'region_centroid': 1,
+    assert middle == pytest.approx({'position': 1, 'depth': 0.2, 'normal': 0, 'touch_force': 0, 'region_area': 21, 'region_centroid': 1,
                                     'slipping_fraction': 10, 'slip_velocity': 2, 'force': 0.2, 'force_relative': 10, 'moment': 1,
                                     'moment_relative': 10})
     assert errors['depth']['bias'] == pytest.approx(0.2) and errors['slipping_fraction']['bias'] == pytest.approx(-10)
@@ -105,18 +105,18 @@ def test_pairs_lie_nearest_in_all():
 def test_errors_of_one_touch():
     tilted = (0.0, np.sin(0.1), np.cos(0.1))
     found = touch_errors(contact(3e-4, 4e-4, 1.1e-3, force=1.5, normal=tilted), contact(0, 0))
-    assert found == pytest.approx({'place': 5e-4, 'depth': 1e-4, 'normal': 0.1, 'touch_force': -0.5})
+    assert found == pytest.approx({'position': 5e-4, 'depth': 1e-4, 'normal': 0.1, 'touch_force': -0.5})
 
 
 def test_what_is_not_true_is_not_judged_and_what_is_not_reported_is_nan():
     found = touch_errors(contact(0, 0, force=np.nan), contact(0, 0, np.nan, normal=[np.nan] * 3))
-    assert set(found) == {'place', 'touch_force'} and np.isnan(found['touch_force'])
+    assert set(found) == {'position', 'touch_force'} and np.isnan(found['touch_force'])
 
 
 def test_without_a_depth_the_place_is_one_in_space():
     reported = contact(3e-4, 0, np.nan)
     reported.position[2] = -1e-3 + 4e-4
-    assert touch_errors(reported, contact(0, 0))['place'] == pytest.approx(5e-4)
+    assert touch_errors(reported, contact(0, 0))['position'] == pytest.approx(5e-4)
 
 
 def test_frames_and_touches_are_counted():
@@ -215,9 +215,9 @@ def test_the_text_says_it_all():
     reported = Instant([contact(1e-3, 0, 1.25e-3, flags=1)], region(10e-3, [1, 0]), slip(1, 0.5, 1e-3), np.arange(6.0))
     page = text(report((reported, Instant([contact(0, 0)], region(10e-3, [1, 2]), slip(2, 1.0, 1e-3), np.arange(6.0)))))
     rows = {line[:50].strip(): line[50:].split() for line in page.splitlines()}
-    assert rows['depth of the touch'] == ['mm', '0.25', '0.25', '0.25', '1', '0']
+    assert rows['depth of the contact'] == ['mm', '0.25', '0.25', '0.25', '1', '0']
     assert '1 instants compared; 3 without an estimate' in page and 'touches:  1 true, 0 missed, 0 false' in page
-    assert 'flags:    1 OUT_OF_RANGE' in page and 'depth of the touch +0.25 mm' in page and 'normalised squared error' in page
+    assert 'flags:    1 OUT_OF_RANGE' in page and 'depth of the contact +0.25 mm' in page and 'normalised squared error' in page
     assert 'latency of contacts: 12.3 ms in the median, 20 in 95 %, 99.9 at most' in page
     assert 'memory: 151 MB' in page and 'left out: 2 of image_raw: image is black' in page
     assert max(map(len, page.splitlines())) < 180

@@ -11,7 +11,7 @@ import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
 
 from tactile_perception._core.finger import centroid_covariance
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.finger.model import FingerModel
 from tactile_perception.finger.parameters import FingerSettings, PsdFinger
 
@@ -85,6 +85,6 @@ def test_settings_that_are_not_positive(name, value):
 
 
 def test_arrays_of_the_smaller_functions_are_checked():
-    for place, noise in ((np.zeros(3), np.eye(4)), (np.zeros(2), np.eye(3)), (None, np.eye(4))):
-        with pytest.raises(ValueError, match='^(place|noise): '):
-            centroid_covariance(place, 1.0, noise)
+    for spot, noise in ((np.zeros(3), np.eye(4)), (np.zeros(2), np.eye(3)), (None, np.eye(4))):
+        with pytest.raises(ValueError, match='^(spot|noise): '):
+            centroid_covariance(spot, 1.0, noise)

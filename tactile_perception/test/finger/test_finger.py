@@ -14,7 +14,7 @@ from tactile_driver.serial.psd import Demodulator
 from tactile_driver.simulation.psd.scene import Act, Ambient, Electronics, PsdScene, PsdScript, open_psd_scene
 from tactile_perception._core.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED
 from tactile_perception.common.geometry import error_angle
-from tactile_perception.errors import BadArgument
+from tactile_perception.core.errors import BadArgument
 from tactile_perception.finger.model import FingerModel
 from tactile_perception.finger.parameters import PSD_METHODS, PSD_PARAMETERS, FingerSettings, PsdFinger, make_finger
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from played import PERIOD, Player, each_sample, touches
 
-from tactile_perception.finger.map import MIX, NOMINAL_BETA, log_map, position
+from tactile_perception.finger.map import MIX, NOMINAL_BETA, centroid, log_map
 from tactile_perception.finger.model import FingerModel
 from tactile_perception.finger.parameters import FingerSettings, PsdFinger
 
@@ -142,7 +142,7 @@ def test_room_light_that_stays_after_the_object_ends_the_contact():
 
 @pytest.mark.parametrize('creep', [0.0, 0.03])
 def test_a_lamp_at_the_contacts_own_place_is_reported_from_it_when_the_object_goes(creep):
-    beside = position((ROOM @ MIX)[None])[0]
+    beside = centroid((ROOM @ MIX)[None])[0]
     grows = 1 - creep * np.exp(-np.maximum(np.arange(1000) - 250, 0) / 80)
     places, shift = pressed(spot(*beside, 2.5) * (grows * (np.arange(1000) < 700))[:, None] + lamp(1000, 300, 10, 0.6))
     assert shift == pytest.approx(0.6 * ROOM / ROOM.sum(), abs=0.02) and np.isnan(places[-100:]).all()
@@ -164,13 +164,13 @@ def test_the_shaded_part_of_the_rooms_light_is_measured(part):
 
 def test_a_twentieth_of_what_the_room_has_beyond_that_of_the_calibration_is_expected_to_be_shaded():
     places, _ = pressed(np.tile(spot(0.3, 0.3, 0.8), (100, 1)), made=finger(0.4 * ROOM, cross=False))
-    expected = position((spot(0.3, 0.3, 0.8) + 0.05 * 0.6 * ROOM)[None] @ MIX)[0]
+    expected = centroid((spot(0.3, 0.3, 0.8) + 0.05 * 0.6 * ROOM)[None] @ MIX)[0]
     assert places[-50:].mean(0) == pytest.approx(expected, abs=0.006) and 0.3 - expected[0] > 0.012
 
 
 def test_light_that_may_be_a_lamps_widens_the_covariance():
     """A lamp at the place of the contact, until the object goes."""
-    made, beside = Player(PsdFinger(calibrated(), FingerSettings(saturation=20.0))), position((ROOM @ MIX)[None])[0]
+    made, beside = Player(PsdFinger(calibrated(), FingerSettings(saturation=20.0))), centroid((ROOM @ MIX)[None])[0]
     place = beside + [0.03, 0.0]
     made.play(noisy(np.tile(ROOM, (REST, 1)), 1), 5)
     found = made.play(noisy(ROOM + approach(spot(*place, 2.0) + lamp(600, 300, 10, 0.6))), 5)

@@ -8,9 +8,9 @@ import yaml
 from scipy.ndimage import map_coordinates
 
 from tactile_perception._core.finger import centroid_covariance
-from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.common.geometry import error_angle
-from tactile_perception.errors import BadCalibration
+from tactile_perception.core.calibration_file import write_calibration
+from tactile_perception.core.errors import BadCalibration
 from tactile_perception.finger.calibration import Recording, find_presses, fit_creep, fit_finger, fit_load, fit_touch_level
 from tactile_perception.finger.map import (
     MIX,
@@ -18,12 +18,12 @@ from tactile_perception.finger.map import (
     TOTAL,
     EquidistantMap,
     LightShift,
+    centroid,
     direction,
     fit_equidistant_map,
     fit_light_shift,
     fit_smooth_map,
     level_basis,
-    position,
     trend,
 )
 from tactile_perception.finger.model import Creep, FingerFit, FingerModel, features, psd_file, read_psd
@@ -37,23 +37,23 @@ def test_equation_1():
     x1, y1, x2, y2 = net = np.array([0.4, 0.7, 1.1, 0.3])
     total = net.sum()
     expected = np.array([-x1 + y1 + x2 - y2, -x1 - y1 + x2 + y2]) / total
-    assert position((net @ MIX)[None])[0] == pytest.approx(expected)
+    assert centroid((net @ MIX)[None])[0] == pytest.approx(expected)
 
 
 def test_equal_outputs_are_the_centre_and_no_light_is_nan():
-    assert position(np.full((1, 4), 0.3) @ MIX)[0] == pytest.approx([0, 0])
-    assert np.isnan(position(np.array([[0.0, 0, 0, 0], [-1.0, 0, 0, 0]]) @ MIX)).all()
+    assert centroid(np.full((1, 4), 0.3) @ MIX)[0] == pytest.approx([0, 0])
+    assert np.isnan(centroid(np.array([[0.0, 0, 0, 0], [-1.0, 0, 0, 0]]) @ MIX)).all()
 
 
 def test_the_covariance_is_that_of_many_noisy_samples_and_grows_as_light_falls():
     net, sigma = np.array([0.3, 0.9, 0.5, 0.2]), 0.004
     noisy = net + RNG.normal(0, sigma, (200_000, 4))
-    found = np.cov(position(noisy @ MIX).T)
+    found = np.cov(centroid(noisy @ MIX).T)
     sums, noise = net @ MIX, sigma**2 * MIX.T @ MIX
-    estimate = centroid_covariance(position(sums[None])[0], sums[TOTAL], noise)
+    estimate = centroid_covariance(centroid(sums[None])[0], sums[TOTAL], noise)
     assert estimate == pytest.approx(found, rel=0.05, abs=6e-7)
-    weak = centroid_covariance(position(sums[None])[0], sums[TOTAL] / 10, noise)
-    assert weak == pytest.approx(100 * centroid_covariance(position(sums[None])[0], sums[TOTAL], noise))
+    weak = centroid_covariance(centroid(sums[None])[0], sums[TOTAL] / 10, noise)
+    assert weak == pytest.approx(100 * centroid_covariance(centroid(sums[None])[0], sums[TOTAL], noise))
 
 
 MAP_RNG, SHIFT_RNG = np.random.default_rng(4), np.random.default_rng(3)
@@ -139,7 +139,7 @@ def test_a_table_that_is_none_is_refused(model):
 
 def written(path, **numbers):
     model = FingerModel(EquidistantMap(np.array([0.1, -0.2]), 1.6), **numbers)
-    fit = FingerFit(model, 30, np.zeros(1), np.zeros(1), {'places': 30}, {'theta': [0.0, 1.0]}, ['few'], np.array([[0, 0, 1.0]]),
+    fit = FingerFit(model, 30, np.zeros(1), np.zeros(1), {'positions': 30}, {'theta': [0.0, 1.0]}, ['few'], np.array([[0, 0, 1.0]]),
                     np.array(['x at 1.0 s']))
     write_calibration(path, psd_file(fit, ['one']))
     return model
@@ -165,7 +165,7 @@ def test_the_papers_alone(tmp_path):
     assert found.smooth is None and found.level is None and found.room is None and found.creep is None and found.paper.beta == 1.6
 
 
-@pytest.mark.parametrize('spoil', [lambda f: f.pop('paper'), lambda f: f['smooth'].pop('place'), lambda f: f['smooth'].update(noise=[1.0]),
+@pytest.mark.parametrize('spoil', [lambda f: f.pop('paper'), lambda f: f['smooth'].pop('spot'), lambda f: f['smooth'].update(noise=[1.0]),
                                    lambda f: f.update(force=[1.0]), lambda f: f.update(reach='far'), lambda f: f['creep'].update(share=1.0),
                                    lambda f: f['creep'].update(seconds=0.0),
                                    lambda f: f.update(shift={'typical': [1.0] * 5, 'slopes': [[1.0, 2.0]]})])
@@ -222,7 +222,7 @@ def fitted(chosen, seed=0):
 
 
 def test_a_full_calibration(fit):
-    assert fit.notes == [] and fit.places == 107
+    assert fit.notes == [] and fit.positions == 107
     assert np.degrees(fit.errors.mean()) < 0.6 < np.degrees(fit.paper_errors.mean())
     assert fit.span['theta'] == pytest.approx([0, np.radians(70)], abs=1e-6)
     assert fit.residuals['force_relative'] < 0.15 and fit.residuals['depth_relative'] < 0.08

@@ -16,7 +16,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.psd.scene import open_psd_scene
-from tactile_perception.errors import BadRecording
+from tactile_perception.core.errors import BadRecording
 from tactile_perception.finger.model import read_psd
 from tactile_perception.finger.tools import PsdRecording, read_recording
 from tactile_perception.tools import calibrate, process_bag
@@ -77,7 +77,7 @@ def process(bags, calibrated, output):
 def test_a_model_is_fitted_and_reported(calibrated):
     model, shown = read_psd(calibrated), calibrated.with_suffix('.txt').read_text()
     assert model.smooth is not None and model.force is not None
-    assert '107 places, 0 to 70 degrees' in shown and 'cross-validation error of the map' in shown and 'force, cross-validation' in shown
+    assert '107 positions, 0 to 70 degrees' in shown and 'cross-validation error of the map' in shown and 'force, cross-validation' in shown
 
 
 def test_contacts_come_under_the_stamps_of_their_samples(bags, calibrated, tmp_path):

@@ -10,7 +10,7 @@ from pressed_gel import CENTRE, FOCAL, pressed_gel
 from tactile_driver.simulation.gel.elements import Material, Response
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AT_EDGE, GROSS, INCIPIENT, NONE
-from tactile_perception.errors import BadArgument, BadFrame, TactileError
+from tactile_perception.core.errors import BadArgument, BadFrame, TactileError
 from tactile_perception.gel.estimator import GelEstimator
 from tactile_perception.gel.layer import DiscLoads, Layer
 
@@ -69,7 +69,7 @@ def test_the_region_is_the_contact():
     rng = np.random.default_rng(8)
     gel = pressed_gel(rng, middle=(-1e-3, 0.5e-3), depth=1e-3)
     result = estimator_of(gel, rng).process(gel.tracks(gel.states[0], rng), 1.0)
-    radius = np.sqrt(len(gel.states[0].places) * gel.contact.cell**2 / np.pi)
+    radius = np.sqrt(len(gel.states[0].positions) * gel.contact.cell**2 / np.pi)
     assert result.region.area == pytest.approx(np.pi * radius**2, rel=0.3)
     away = np.linalg.norm(gel.dots - gel.states[0].middle, axis=1)
     inside = result.region.dot_state > 0
@@ -161,7 +161,7 @@ def test_a_still_press_is_one_contact_that_does_not_slip(seed):
     gel = pressed_gel(rng, pitch=2e-3, radius=2.5e-3, depth=6e-4, middle=rng.uniform(-3e-3, 3e-3, 2), way=aslant)
     estimator, state = estimator_of(gel, rng), gel.states[-1]
     results = [estimator.process(gel.tracks(state, rng), 1.0 + 0.04 * frame) for frame in range(25)]
-    true_area = len(state.places) * gel.contact.cell**2
+    true_area = len(state.positions) * gel.contact.cell**2
     for result in results:
         contact, = result.contacts
         assert result.slip.state == NONE

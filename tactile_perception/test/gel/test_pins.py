@@ -11,7 +11,7 @@ from tactile_driver.simulation.gel.contact import GelContact, Indenter
 from tactile_driver.simulation.sensors.gel import MATERIAL, pin_tips, pins
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import OUT_OF_RANGE
-from tactile_perception.errors import BadCalibration, BadFrame
+from tactile_perception.core.errors import BadCalibration, BadFrame
 from tactile_perception.gel.parameters import PINS_PARAMETERS
 from tactile_perception.gel.pins import PinEstimator, PinModel, fit_pins, smoothed
 

@@ -10,7 +10,7 @@ from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors import gel
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_msgs.msg import DotTracks
-from tactile_perception.errors import BadFrame
+from tactile_perception.core.errors import BadFrame
 from tactile_perception.gel.parameters import GEL_PARAMETERS
 from tactile_perception.gel.stage import GelStage
 

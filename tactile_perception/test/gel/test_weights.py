@@ -11,11 +11,11 @@ from tactile_driver.parameters.table import defaults
 from tactile_driver.recordings.writer import write_messages
 from tactile_driver.simulation.sensors import gel
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.errors import BadCalibration
+from tactile_perception.common.messages import wrench_to_message
+from tactile_perception.core.errors import BadCalibration
 from tactile_perception.gel.parameters import GEL_PARAMETERS
 from tactile_perception.gel.stage import GelStage
 from tactile_perception.gel.tools import calibrate_weights
-from tactile_perception.nodes.messages.conversions import wrench_to_message
 from tactile_perception.tools.calibrate import main
 
 RATE = 5.0

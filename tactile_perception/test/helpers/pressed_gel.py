@@ -30,7 +30,7 @@ class PressedGel:
         """Tracks of the dots in a state, None for the untouched gel; noise: px."""
         places = np.pad(self.dots, ((0, 0), (0, 1)))
         if state is not None:
-            places += np.einsum('dipj,pj->di', self.contact.response.matrix(self.dots, state.places, 'dots'), state.force)
+            places += np.einsum('dipj,pj->di', self.contact.response.matrix(self.dots, state.positions, 'dots'), state.force)
         seen = places[:, :2] / (1 + places[:, 2:] / distance)
         rest = self.dots / METRES + CENTRE
         uv = seen / METRES + CENTRE + rng.normal(0, noise, rest.shape)

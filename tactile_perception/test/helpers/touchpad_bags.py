@@ -13,7 +13,7 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_me
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.parameters.file import write_parameters
+from tactile_perception.core.parameter_files import write_parameters
 
 
 def write_scene(path, name, times, rate):

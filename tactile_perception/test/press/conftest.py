@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fields of a sheet seen from 62 mm, dented into a plain Gaussian bell: what tests press."""
+"""Fields of a sheet observed from 62 mm with a Gaussian dent."""
 import numpy as np
 import pytest
 from touchpad_bags import recording_folder  # noqa: F401
@@ -13,16 +13,16 @@ EYE, WIDTH, NOISE = 0.062, 8e-3, 4e-6
 GRID = MARKER_SENSORS['areal_single'].grid()
 
 
-def _gaussian(xy, place, depth, width=WIDTH):
-    return depth * np.exp(-np.sum((xy - place) ** 2, axis=1) / (2 * width**2))
+def _gaussian(xy, position, depth, width=WIDTH):
+    return depth * np.exp(-np.sum((xy - position) ** 2, axis=1) / (2 * width**2))
 
 
-def _field(place, depth, noise=NOISE, seed=0):
-    """The MarkerField of one press at place (2,) m of that depth, m."""
-    rng = np.random.default_rng([seed, *(int(abs(v) * 1e7) for v in (*place, depth))])
+def _field(position, depth, noise=NOISE, seed=0):
+    """The MarkerField of one press at position (2,) m of that depth, m."""
+    rng = np.random.default_rng([seed, *(int(abs(v) * 1e7) for v in (*position, depth))])
 
     def zoom(xy):
-        return EYE / (EYE - _gaussian(xy, place, depth))
+        return EYE / (EYE - _gaussian(xy, position, depth))
     h = 1e-6
     scale, out = zoom(GRID), np.maximum(np.hypot(*GRID.T), 1e-9)
     slope = (zoom(GRID * (1 + h / out)[:, None]) - scale) / h * out
@@ -33,14 +33,14 @@ def _field(place, depth, noise=NOISE, seed=0):
     return MarkerField(GRID, shift, growth, camera_centre, GRID * px, shift * px, 400 * np.exp(growth))
 
 
-def _presses(places=None, depths=(1.5e-3, 3e-3, 4.5e-3, 6e-3), seed=1):
-    """Three untouched frames, then presses; by default at nine places."""
-    if places is None:
-        places = [(x, y) for y in (-9e-3, 0, 9e-3) for x in (-18e-3, 0, 18e-3)]
-    pressed = [(np.array(place), depth) for place in places for depth in depths]
+def _presses(positions=None, depths=(1.5e-3, 3e-3, 4.5e-3, 6e-3), seed=1):
+    """Three untouched frames, then presses; by default at nine positions."""
+    if positions is None:
+        positions = [(x, y) for y in (-9e-3, 0, 9e-3) for x in (-18e-3, 0, 18e-3)]
+    pressed = [(np.array(position), depth) for position in positions for depth in depths]
     fields = [_field((0, 0), 0.0, seed=seed + k) for k in range(3)] + [
-        _field(place, depth, seed=seed) for place, depth in pressed]
-    position = np.array([[np.nan] * 3] * 3 + [[*place, -depth] for place, depth in pressed])
+        _field(position, depth, seed=seed) for position, depth in pressed]
+    position = np.array([[np.nan] * 3] * 3 + [[*position, -depth] for position, depth in pressed])
     return Presses(tuple(fields), position, np.array([0.0] * 3 + [depth for _, depth in pressed]), plate=_plate())
 
 
@@ -57,11 +57,11 @@ def _plate():
 
 @pytest.fixture(scope='session')
 def bell_field():
-    """The function that makes a field of one press."""
+    """A function that makes the field of one press."""
     return _field
 
 
 @pytest.fixture(scope='session')
 def bell_presses():
-    """The function that makes Presses."""
+    """A function that makes Presses."""
     return _presses

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The field of markers, and where they are."""
+"""The field of markers and their positions."""
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +11,9 @@ from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.press.field import CameraView, MarkerField, RestMarkers, StitchedView, camera_view, marker_field, view_maker
-from tactile_perception.press.positions import MarkerPlaces, SheetSurface, on_rays
+from tactile_perception.press.positions import MarkerPositions, SheetSurface, on_rays
 
 SENSOR = MARKER_SENSORS['areal_single']
 MATRIX = np.array([[560.0, 0, 321], [0, 561.0, 238], [0, 0, 1]])
@@ -27,7 +27,7 @@ def tracks(xyz, ids):
     return DotTracks(9, 13, ids, uv, np.full(len(ids), 200.0), np.full(len(ids), 0.1), uv - rest)
 
 
-def test_the_pose_is_found_from_the_markers_seen():
+def test_the_pose_is_found_from_the_visible_markers():
     rest = CAMERA.project(GRID)
     rest[::5] = np.nan
     view = view_maker(SENSOR, (MATRIX, DISTORTION), None)(rest)
@@ -37,7 +37,7 @@ def test_the_pose_is_found_from_the_markers_seen():
     assert camera_centre[0] == pytest.approx(CAMERA.centre, abs=1e-7)
 
 
-def test_the_field_is_what_rays_to_the_plane_tell():
+def test_the_field_is_the_projection_onto_the_plane():
     view, ids = camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR), np.arange(3, 100)
     pressed = GRID + [0, 0, -0.005]
     field = marker_field(tracks(pressed, ids), np.full(117, 100.0), view)
@@ -48,7 +48,7 @@ def test_the_field_is_what_rays_to_the_plane_tell():
     assert field.growth[58] == pytest.approx(np.log(2), abs=1e-3)
 
 
-def test_lens_distortion_is_taken_off_areas():
+def test_areas_are_corrected_for_lens_distortion():
     view = camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR)
     corner = CAMERA.project(np.array([[0.027, 0.018, 0], [0.0271, 0.018, 0], [0.027, 0.0181, 0]]))
     px = abs(np.linalg.det(corner[1:] - corner[0]))
@@ -56,7 +56,7 @@ def test_lens_distortion_is_taken_off_areas():
     assert view.back_project(corner[:1])[0][0, 2] / view.back_project([[321.0, 238.0]])[0][0, 2] > 1.03
 
 
-def test_what_does_not_fit_is_refused():
+def test_inconsistent_input_is_refused():
     with pytest.raises(BadArgument, match='flat grid'):
         camera_view(MATRIX, DISTORTION, np.zeros((4, 2)), SENSOR)
     with pytest.raises(BadFrame, match='too few'):
@@ -75,17 +75,17 @@ def tracks_markers(duv, area, id=(0, 1, 2, 3), rest=REST):
     return DotTracks(2, 2, id, rest[id] + duv, np.broadcast_to(np.asarray(area, float), len(id)).copy(), np.full(len(id), np.nan), duv)
 
 
-def test_growth_is_against_the_mean_untouched_area():
+def test_growth_is_relative_to_the_mean_untouched_area():
     markers = RestMarkers(4, lambda uv: VIEW)
     for stamp_s, area in enumerate((99.0, 101.0, 100.0)):
         markers.field(tracks_markers((0.0, 0.0), area), 0.01 * stamp_s)
     field = markers.field(tracks_markers((3.0, 0.0), 150.0), 0.03)
     assert field.growth == pytest.approx(np.log(1.5))
-    assert markers.area == pytest.approx(100.0)  # a displaced marker tells nothing of its untouched area
+    assert markers.area == pytest.approx(100.0)  # a displaced marker does not show its untouched area
     assert field.shift == pytest.approx(np.tile([3e-4, 0.0], (4, 1)))
 
 
-def test_the_mean_area_follows_a_drift_within_seconds_whatever_the_rate():
+def test_the_mean_area_follows_a_drift_within_seconds_at_any_rate():
     for rate in (10, 100):
         markers = RestMarkers(4, lambda uv: VIEW)
         for k in range(6 * rate):
@@ -94,7 +94,7 @@ def test_the_mean_area_follows_a_drift_within_seconds_whatever_the_rate():
         assert markers.area == pytest.approx(107.8, abs=0.2)
 
 
-def test_a_marker_never_seen_untouched_has_no_growth_and_one_not_seen_no_place():
+def test_growth_needs_an_untouched_area_and_position_a_visible_marker():
     markers = RestMarkers(4, lambda uv: VIEW)
     field = markers.field(tracks_markers((5.0, 0.0), 150.0, id=(0, 2)), 0.0)
     assert np.isnan(field.growth).all()
@@ -102,7 +102,7 @@ def test_a_marker_never_seen_untouched_has_no_growth_and_one_not_seen_no_place()
     assert field.camera_centre[2] == pytest.approx([-0.02, 0.0, -0.05])
 
 
-def test_the_view_is_made_anew_only_for_a_reference_that_moved_or_new_markers():
+def test_the_view_is_remade_only_for_a_moved_reference_or_new_markers():
     asked = []
     markers = RestMarkers(4, lambda uv: asked.append(uv.copy()) or VIEW)
     markers.field(tracks_markers((0.0, 0.0), 100.0, id=(0, 1, 2)), 0.0)
@@ -126,7 +126,7 @@ def side(x):
 STITCHING = Stitching(side(-0.02), side(0.02), (800, 500), 1e4, np.array([400.0, 250.0]), 400.0, (500.0, 140.0))
 
 
-def test_a_dome_s_camera_stands_where_the_parameters_say():
+def test_the_camera_pose_of_a_dome_is_that_of_the_parameters():
     pose = np.eye(3), np.array([0.0, 0.0, 0.045])
     view = view_maker(MARKER_SENSORS['air_cushion'], (PLAIN, NO_DISTORTION), None, pose)(None)
     seen, camera_centres = view.back_project(np.array([(320.0, 240.0), (420.0, 240.0)]))
@@ -134,7 +134,7 @@ def test_a_dome_s_camera_stands_where_the_parameters_say():
     assert seen[:, :2] == pytest.approx(np.array([(0, 0), (0.2 * 0.165, 0)]))
 
 
-def test_a_stitched_picture_is_a_plane_with_two_camera_centres():
+def test_a_stitched_image_is_a_plane_with_two_camera_centres():
     view = view_maker(MARKER_SENSORS['areal_dual'], None, STITCHING.to_dict())(None)
     seen, camera_centres = view.back_project(np.array([(300.0, 250.0), (500.0, 350.0), (np.nan, np.nan)]))
     assert seen[:2] == pytest.approx(np.array([(-0.01, 0, 1e-8), (0.01, 0.01, 1e-8)]), abs=1e-12) and np.isnan(seen[2, :2]).all()
@@ -155,7 +155,7 @@ def appears(xyz):
 
 
 def pressed(tip, depth, width=0.009, inwards=0.0):
-    """A bell that is zero at the clamp; markers go inwards by that share of its slope times its height."""
+    """A dent that is zero at the clamp; markers move inwards by a share of its slope times its height."""
     clamp = np.prod(np.cos(np.pi * UNTOUCHED / SENSOR.size), axis=1)
     away = UNTOUCHED - tip
     bell = depth * clamp * np.exp(-0.5 * (away**2).sum(1) / width**2)
@@ -164,27 +164,27 @@ def pressed(tip, depth, width=0.009, inwards=0.0):
 
 def found(surface, xyz, noise=5e-6, camera_centres=None):
     camera_centres = np.tile(EYE, (len(UNTOUCHED), 1)) if camera_centres is None else camera_centres
-    place = appears(xyz) + noise * np.random.default_rng(0).standard_normal(UNTOUCHED.shape)
+    position = appears(xyz) + noise * np.random.default_rng(0).standard_normal(UNTOUCHED.shape)
     plain = np.full(len(UNTOUCHED), np.nan)
-    field = MarkerField(UNTOUCHED, place - UNTOUCHED, plain, camera_centres, UNTOUCHED, UNTOUCHED, plain)
+    field = MarkerField(UNTOUCHED, position - UNTOUCHED, plain, camera_centres, UNTOUCHED, UNTOUCHED, plain)
     return on_rays(field, surface.raised(field), SENSOR)
 
 
 @pytest.mark.parametrize('tip', [(0.0, 0.0), (0.015, -0.010), (-0.018, 0.008)])
 @pytest.mark.parametrize('depth', [0.5e-3, 3e-3, 10e-3])
-def test_depths_of_a_bell_to_a_twentieth(surface, tip, depth):
+def test_depths_of_a_dent_are_accurate_to_5_percent(surface, tip, depth):
     xyz = pressed(np.array(tip), depth)
     assert np.sqrt(np.mean((found(surface, xyz) - xyz)[:, 2]**2)) < 0.05 * depth + 5e-5
 
 
-def test_what_goes_sideways_is_reported_from_what_goes_down(surface):
+def test_lateral_displacement_is_separated_from_depth(surface):
     xyz = pressed(np.array([0.006, 0.004]), 6e-3, inwards=0.1)
     off = found(surface, xyz) - xyz
     assert np.sqrt(np.mean(off[:, 2]**2)) < 0.8e-3
     assert np.sqrt(np.mean(off[:, :2]**2)) < 0.12e-3
 
 
-def test_markers_that_are_not_seen_have_no_place_and_leave_the_others_theirs(surface):
+def test_missing_markers_have_no_position_and_do_not_affect_others(surface):
     xyz = pressed(np.array([0.0, 0.0]), 5e-3)
     lost = np.random.default_rng(1).choice(len(UNTOUCHED), 12, replace=False)
     hidden = xyz.copy()
@@ -196,7 +196,7 @@ def test_markers_that_are_not_seen_have_no_place_and_leave_the_others_theirs(sur
 
 
 @pytest.mark.parametrize('wrong', [{'size': (0.05, 0.045)}, {'rows': 13}, {'rows': 1, 'columns': 117}])
-def test_what_does_not_fit_together_is_refused(wrong):
+def test_inconsistent_arguments_are_refused(wrong):
     with pytest.raises(BadArgument, match='sheet'):
         SheetSurface(replace(SENSOR, **wrong))
 
@@ -207,20 +207,20 @@ SEEN = np.flatnonzero(np.isfinite(ON_DOME[:, 0]))
 
 
 def dots_at(xyz):
-    """Of markers at xyz (K, 3) m; every ninth is lost."""
+    """Dots of markers at xyz (K, 3), m; every ninth is lost."""
     id = SEEN[np.arange(len(SEEN)) % 9 > 0]
     uv, rest = DOME_CAMERA.project(xyz[id]), DOME_CAMERA.project(ON_DOME[id])
     return DotTracks(17, 17, id, uv, np.full(len(id), 100.0), np.full(len(id), 0.02), uv - rest)
 
 
-def places(method=None):
-    """A function of dots that returns their places; method: of the dome."""
+def positions(method=None):
+    """A function of dots that returns their positions; method: of the dome."""
     markers = RestMarkers(len(ON_DOME), lambda uv: CameraView(DOME_CAMERA, DOME.plane_z))
-    return lambda dots: MarkerPlaces(DOME, method).xyz(markers.field(dots, 0.0), dots.id)
+    return lambda dots: MarkerPositions(DOME, method).xyz(markers.field(dots, 0.0), dots.id)
 
 
 class Knows:
-    """A method that knows how far each marker is lowered."""
+    """A method that knows the displacement of each marker."""
 
     def __init__(self, xyz):
         self._raised = xyz[:, 2] - ON_DOME[:, 2]
@@ -232,20 +232,20 @@ class Knows:
 def test_markers_of_the_untouched_dome_are_on_it():
     still = dots_at(ON_DOME)
     for method in (None, Knows(ON_DOME)):
-        assert places(method)(still) == pytest.approx(ON_DOME[still.id], abs=1e-9)
+        assert positions(method)(still) == pytest.approx(ON_DOME[still.id], abs=1e-9)
 
 
-def test_markers_are_taken_down_by_the_dent():
+def test_markers_are_lowered_by_the_dent():
     now = dented(ON_DOME, np.array([0.02, -0.015]), 0.025)
-    found, seen = places(Knows(now)), dots_at(now)
+    found, seen = positions(Knows(now)), dots_at(now)
     off = np.linalg.norm(found(seen) - now[seen.id], axis=1)
     assert off.max() < 1e-9 and np.abs(now[seen.id, 2] - ON_DOME[seen.id, 2]).max() > 0.02
     assert found(dots_at(ON_DOME)) == pytest.approx(ON_DOME[seen.id], abs=1e-9)
 
 
-def test_without_a_calibration_markers_that_moved_have_no_place():
+def test_without_a_calibration_displaced_markers_have_no_position():
     now = dented(ON_DOME, np.array([0.02, -0.015]), 0.025)
     seen = dots_at(now)
-    found = places()(seen)
+    found = positions()(seen)
     near = np.hypot(*(ON_DOME[seen.id, :2] - [0.02, -0.015]).T) < 0.05
     assert np.isnan(found[near]).all() and np.array_equal(np.isnan(found[:, 0]), np.isnan(found[:, 2]))

@@ -1,48 +1,48 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Presses of a recording, and the calibration that they give."""
+"""Presses of a recording, and their calibration."""
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
-from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.core.errors import BadArgument, BadCalibration
 from tactile_perception.press.calibration import best_method, fit_stiffness, read_touch, write_touch
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.methods import make_method
 from tactile_perception.press.presses import Presses, held_out, marker_residuals, require_coverage, rms_errors, score
 
 
-def three_places():
-    """Two untouched frames, then three places pressed to two depths."""
+def three_positions():
+    """Two untouched frames, then three positions pressed to two depths."""
     position = np.vstack([np.full((2, 3), np.nan)] + [np.tile([x, 0.0, -0.001], (2, 1)) for x in (-0.01, 0.0, 0.01)])
     return Presses((None,) * len(position), position, np.array([0, 0] + [1e-3, 2e-3] * 3))
 
 
-def test_held_out_leaves_whole_places_out():
-    folds = list(three_places().folds(3))
-    assert [held.sum() for held in folds] == [4, 2]  # a place and its mirror image, and the middle
-    x = np.abs(three_places().position[:, 0])
+def test_whole_positions_are_held_out():
+    folds = list(three_positions().folds(3))
+    assert [held.sum() for held in folds] == [4, 2]  # a position and its mirror image, and the middle
+    x = np.abs(three_positions().position[:, 0])
     assert all(not held[:2].any() and not set(x[2:][~held[2:]]) & set(x[held]) for held in folds)
 
 
-def test_a_drag_is_no_press_straight_down():
+def test_a_drag_is_not_a_straight_press():
     x = np.array([np.nan, 0, 0, 5e-4, 1e-3, 0, np.nan, 1e-3, 1.1e-3, 9e-3, 9.5e-3])
     depth = np.array([0, 1, 3, 3, 3, 3, 0, 2, 3, 3, 1]) * 1e-3
     tried = Presses((None,) * len(x), np.stack([x, 0 * x, -depth], axis=1), depth)
     assert tried.straight().tolist() == [False, True, True, False, False, True, False, True, True, True, True]
 
 
-def presses(places, depths, segment=None):
-    return Presses((None,) * len(places), np.column_stack([places, -np.asarray(depths)]), np.asarray(depths, float), segment)
+def presses(positions, depths, segment=None):
+    return Presses((None,) * len(positions), np.column_stack([positions, -np.asarray(depths)]), np.asarray(depths, float), segment)
 
 
 def touch(x, y, depth, sigma=1e-4):
     return TouchEstimate(np.array([x, y, -depth]), depth, sigma**2 * np.eye(3), sigma)
 
 
-def test_errors_misses_and_splits_are_counted_and_what_is_not_judged_is_not():
+def test_errors_misses_and_splits_are_counted_at_evaluated_presses_only():
     known = presses([[0.0, 0.0], [0.01, 0.0], [0.02, 0.0], [0.03, 0.0], [np.nan, np.nan]], [1e-3, 2e-3, 3e-3, 3e-3, 0.0])
     got = score([[touch(3e-4, 4e-4, 1.2e-3)], [touch(0.01, 0.0, 2e-3), touch(0.02, 0.0, 1e-3)], [], None, None], known)
     assert got['place_mean'] == pytest.approx(0.25e-3) and got['place_95'] == pytest.approx(0.95 * 0.5e-3)
@@ -53,12 +53,12 @@ def test_errors_misses_and_splits_are_counted_and_what_is_not_judged_is_not():
 
 def test_a_few_drags_count_as_much_as_many_presses():
     known = presses([[0.0, 0.0], [0.01, 0.0], [0.02, 0.0], [0.0205, 0.0], [0.021, 0.0]], [1e-3] * 5)
-    found = [[touch(*(place[:2] + [off, 0]), 1e-3)] for place, off in zip(known.position, (2e-4, 1e-4, 3e-4, 4e-3, 6e-3))]
+    found = [[touch(*(position[:2] + [off, 0]), 1e-3)] for position, off in zip(known.position, (2e-4, 1e-4, 3e-4, 4e-3, 6e-3))]
     assert score(found, known)['place_median'] == pytest.approx((2e-4 + 5e-3) / 2)
 
 
 class Remembers:
-    """Tells the mean of the places that it was fitted to."""
+    """Reports the mean of the positions that it was fitted to."""
 
     def __init__(self, mean):
         self.mean = mean
@@ -75,60 +75,60 @@ class Remembers:
         return [touch(*self.mean, 1e-3)]
 
 
-def test_each_place_is_judged_by_a_fit_that_has_not_seen_it():
+def test_each_position_is_evaluated_by_a_fit_without_it():
     known = presses([[0.0, 0.0], [0.0, 0.03], [0.03, 0.0]], [1e-3] * 3)
     got = score(held_out(Remembers, known, None), known)
-    # The mean of the other two places is so far from each.
+    # The mean of the other two positions is so far from each.
     expected = [np.hypot(0.015, 0.015), np.hypot(0.015, 0.03), np.hypot(0.015, 0.03)]
     assert got['place_mean'] == pytest.approx(np.mean(expected))
     assert got['presses'] == 3
 
 
 class Off:
-    """Always tells the same place and depth."""
+    """Always reports the same position and depth."""
 
     def estimate(self, field):
         return [touch(1e-3, 0.0, 2e-3)]
 
 
-def test_the_spread_is_that_of_the_presses(bell_presses):
+def test_rms_errors_are_those_at_the_presses(bell_presses):
     found = rms_errors(Off(), bell_presses([(0, 0), (0, 0.002), (0, -0.002)], depths=(1e-3, 3e-3)))
     assert found['depth_sigma'] == pytest.approx(1e-3) and found['place_sigma'] == pytest.approx(np.sqrt((3 * 1e-6 + 2 * 4e-6) / 6))
 
 
-def presses_at(places):
-    """At (x, y, depth), m; a depth of 0 is untouched."""
-    places = np.array(places, float)
-    position = np.where(places[:, 2:] > 0, places * [1, 1, -1], np.nan)
-    return Presses(tuple(object() for _ in places), position, places[:, 2])
+def presses_at(positions):
+    """Presses at (x, y, depth), m; a depth of 0 is untouched."""
+    positions = np.array(positions, float)
+    position = np.where(positions[:, 2:] > 0, positions * [1, 1, -1], np.nan)
+    return Presses(tuple(object() for _ in positions), position, positions[:, 2])
 
 
 GRID = [(x, 0.0, depth) for x in (0.0, 0.01, 0.02) for depth in (0.002, 0.004)]
 
 
-@pytest.mark.parametrize('places, reason', [
+@pytest.mark.parametrize('positions, reason', [
     ([(0, 0, 0), *GRID[:4]], '4 presses at 2 positions; at least 3'),
     ([(0, 0, 0), *[(x, y, 0.003) for x, y, _ in GRID]], 'all presses are 3.00 to 3.00 mm deep: one depth'),
     (GRID, 'no untouched frame')])
-def test_too_little_is_refused_with_what_to_add(places, reason):
+def test_insufficient_presses_are_refused_with_what_to_add(positions, reason):
     with pytest.raises(BadCalibration, match=reason):
-        require_coverage(presses_at(places))
+        require_coverage(presses_at(positions))
 
 
-def test_errors_are_over_the_surface_in_mm_and_have_their_time():
+def test_residuals_are_over_the_surface_in_mm_and_have_times():
     known = presses_at([(0.0, 0.005, 0.004), (0, 0, 0), (0.01, 0.0, 0.002)])
 
     def touch(x, y, depth):
         return TouchEstimate(np.array([x, y, -depth]), depth, 1e-8 * np.eye(3), 1e-4)
     found = [[], None, [touch(0.02, 0.02, 0.009), touch(0.0103, 0.0004, 0.0019)]]
-    place, depth = marker_residuals(found, known, ['bag at 2.0 s', 'bag at 3.0 s', 'bag at 1.0 s'])
-    assert place.value == pytest.approx([np.nan, 0.5], nan_ok=True) and depth.value == pytest.approx([np.nan, -0.1], nan_ok=True)
-    assert place.place == pytest.approx(np.array([[0, 5], [10, 0]])) and place.when == ['bag at 2.0 s', 'bag at 1.0 s']
+    position, depth = marker_residuals(found, known, ['bag at 2.0 s', 'bag at 3.0 s', 'bag at 1.0 s'])
+    assert position.value == pytest.approx([np.nan, 0.5], nan_ok=True) and depth.value == pytest.approx([np.nan, -0.1], nan_ok=True)
+    assert position.position == pytest.approx(np.array([[0, 5], [10, 0]])) and position.when == ['bag at 2.0 s', 'bag at 1.0 s']
 
 
 NAN = float('nan')
-GOOD, BAD = ({'place_median': place, 'depth_median': depth, 'presses': 9, 'missed': 0, 'split': 0}
-             for place, depth in ((2e-4, 1e-4), (2e-3, 9e-5)))
+GOOD, BAD = ({'place_median': position, 'depth_median': depth, 'presses': 9, 'missed': 0, 'split': 0}
+             for position, depth in ((2e-4, 1e-4), (2e-3, 9e-5)))
 SPAN = {'depth': [1e-3, 5e-3], 'x': [-0.01, 0.01], 'y': [-0.02, 0.02]}
 
 
@@ -140,7 +140,7 @@ def path(tmp_path):
     return path
 
 
-def test_what_is_written_is_read(path):
+def test_a_written_calibration_is_read_back(path):
     found = read_touch(path, 'areal_single')
     assert found.methods == {'far': {'a': 1.0}, 'near': {'a': [2.0]}}
     assert found.fitted('far') == {'a': 1.0}
@@ -180,7 +180,7 @@ def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path)
 
 @pytest.mark.parametrize('other, name', [({'place_median': 3.6e-4, 'depth_median': 1.8e-4}, 'model'),
                                          ({'place_median': 5e-4, 'depth_median': 2.5e-4}, 'paper')])
-def test_mechanics_come_before_what_was_only_learned_unless_clearly_worse(other, name):
+def test_the_mechanical_model_is_preferred_unless_clearly_worse(other, name):
     assert best_method({'paper': GOOD, 'model': GOOD | other}, ['paper', 'model']) == name
 
 
@@ -189,7 +189,7 @@ def test_a_method_that_misses_or_splits_presses_is_worse_than_one_that_finds_the
         assert best_method({'whole': GOOD, 'wrong': GOOD | wrong}, ['wrong', 'whole']) == 'whole'
 
 
-def test_the_pattern_of_a_dome_without_a_grid_is_kept(path):
+def test_the_pattern_of_a_dome_without_a_grid_is_stored(path):
     pattern = [[100.5, 20.25], [310.0, 22.0], [200.0, 230.0]]
     write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': np.array(pattern)}, {}, {}, SPAN, [])
     np.testing.assert_allclose(read_touch(path, 'air_cushion').pattern, pattern)
@@ -202,7 +202,7 @@ STIFFNESS = 80.0  # N/m
 
 
 class Model:
-    """A method that knows each wrench over the stiffness, with small errors; of a field without a wrench it finds nothing."""
+    """A method that reports each wrench over the stiffness with small errors, and nothing for a field without a wrench."""
 
     def estimate(self, field):
         if field.wrench is None:
@@ -219,7 +219,7 @@ def recording(count, blind=0):
     return Presses(fields, np.column_stack([np.zeros((count, 2)), -depth]), depth, wrench=wrench)
 
 
-def test_the_stiffness_is_found_with_the_errors_at_the_presses():
+def test_the_stiffness_is_fitted_with_the_errors_at_the_presses():
     stiffness, errors = fit_stiffness(recording(30, blind=5), Model())
     assert stiffness == pytest.approx(STIFFNESS, rel=0.01)
     assert 0 < errors['force'] < 0.02 and 0 < errors['moment'] < 0.02

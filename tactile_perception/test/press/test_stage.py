@@ -1,15 +1,15 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stage with a method and a wrench of which all is known."""
+"""The stage with a method and a wrench with known results."""
 import numpy as np
 import pytest
 
 from tactile_driver.parameters.table import defaults
-from tactile_perception.calibration.files.format import CalibrationFile
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.common.surface_points import UNKNOWN
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.core.calibration_file import CalibrationFile
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.press.calibration import TouchCalibration
 from tactile_perception.press.estimate import AT_EDGE, TouchEstimate
 from tactile_perception.press.estimator import TouchEstimator, TouchTracker
@@ -23,8 +23,8 @@ REST = SENSOR.grid() / 1e-4 + [320.0, 240.0]
 WRENCH = np.array([0.1, 0.0, -1.5, 0.0, 0.002, 0.0])
 
 
-class Tells:
-    """A method that tells as many touches as markers have moved to the right by 5, 10 ... px; each at 4 mm times that marker's number."""
+class KnownContacts:
+    """A method that reports a contact for each marker moved to the right by 5, 10 ... px, at 4 mm times its number."""
 
     @classmethod
     def from_fitted(cls, fitted, sensor):
@@ -38,9 +38,9 @@ class Tells:
 
 @pytest.fixture
 def make_stage(monkeypatch):
-    def make(stiffness=np.nan, best='tells', rest=None, **changes):
-        monkeypatch.setitem(SHEET_METHODS, 'tells', Tells)
-        calibration = TouchCalibration({'tells': {}}, stiffness, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
+    def make(stiffness=np.nan, best='known', rest=None, **changes):
+        monkeypatch.setitem(SHEET_METHODS, 'known', KnownContacts)
+        calibration = TouchCalibration({'known': {}}, stiffness, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
         markers = RestMarkers(117, checked_view(lambda uv: VIEW, rest))
         return TouchEstimator(SENSOR, markers, {**defaults(MARKER_PARAMETERS), **changes}, calibration)
     return make
@@ -52,7 +52,7 @@ def tracks(*pressed, columns=13):
     return DotTracks(9, columns, np.arange(117), REST + duv, np.full(117, 300.0), np.full(117, 0.05), duv)
 
 
-def test_touches_region_and_wrench(make_stage):
+def test_contacts_region_and_wrench(make_stage):
     stage = make_stage(50.0)
     nothing = stage.process(tracks(), 1.0)
     assert nothing.contacts == [] and nothing.region.area == 0 and np.isnan(nothing.wrench).all()
@@ -65,13 +65,13 @@ def test_touches_region_and_wrench(make_stage):
     assert stage.process(tracks(2), 1.2).contacts[0].id == contact.id
 
 
-def test_of_two_touches_neither_force_is_known(make_stage):
+def test_forces_of_two_contacts_are_unknown(make_stage):
     stage = make_stage(50.0)
     contacts = stage.process(tracks(0, 3), 1.0).contacts
     assert len({contact.id for contact in contacts}) == 2 and np.isnan([contact.force for contact in contacts]).all()
 
 
-def test_markers_of_another_grid_and_time_that_goes_back_are_refused(make_stage):
+def test_markers_of_another_grid_and_earlier_stamps_are_refused(make_stage):
     stage = make_stage()
     with pytest.raises(BadFrame, match='9 x 12 grid'):
         stage.process(tracks(columns=12), 1.0)
@@ -80,7 +80,7 @@ def test_markers_of_another_grid_and_time_that_goes_back_are_refused(make_stage)
         stage.process(tracks(1), 1.5)
 
 
-def test_markers_that_were_touched_when_their_places_were_taken_tell_nothing(make_stage):
+def test_a_reference_taken_under_a_press_gives_no_contacts(make_stage):
     bell = 6 * np.exp(-np.sum((REST - [400, 200])**2, axis=1) / (2 * 60**2))[:, None] * [1, 0.5]
     stage = make_stage(rest=REST - bell)
     for k in range(2):
@@ -90,7 +90,7 @@ def test_markers_that_were_touched_when_their_places_were_taken_tell_nothing(mak
     assert good.process(tracks(1), 1.0).contacts
 
 
-def test_points_are_the_markers_as_tracked_and_no_force_is_known(make_stage):
+def test_points_are_the_tracked_markers_without_forces(make_stage):
     stage, seen = make_stage(50.0), tracks(2)
     seen.xyz = np.column_stack([SENSOR.grid(), np.full(117, -1e-3)])
     keep = np.arange(117) != 5
@@ -108,14 +108,14 @@ def touch(x, y, depth=2e-3, sigma=SIGMA):
     return TouchEstimate(np.array([x, y, -depth]), depth, sigma**2 * np.eye(3), sigma)
 
 
-def test_two_touches_keep_their_numbers_whatever_their_order():
+def test_two_contacts_keep_their_ids_in_any_order():
     tracker = TouchTracker()
     for k in range(20):
         left, right = touch(-0.01 + 1e-4 * k, 0.0), touch(0.01 - 1e-4 * k, 0.0)
         assert tracker.process([right, left] if k % 2 else [left, right], 0.03 * k) == ([2, 1] if k % 2 else [1, 2])
 
 
-def test_a_touch_that_ended_gives_its_number_to_no_other_one():
+def test_ids_are_not_reused():
     tracker = TouchTracker()
     assert tracker.process([touch(0.0, 0.0)], 0.0) == [1]
     for k in range(1, 6):
@@ -123,7 +123,7 @@ def test_a_touch_that_ended_gives_its_number_to_no_other_one():
     assert tracker.process([touch(0.0, 0.0)], 0.3) == [2]
 
 
-def test_a_touch_that_was_missed_for_two_frames_goes_on():
+def test_a_contact_missed_for_two_frames_continues():
     tracker = TouchTracker()
     for k in range(5):
         tracker.process([touch(0.0, 0.0)], 0.03 * k)
@@ -133,19 +133,19 @@ def test_a_touch_that_was_missed_for_two_frames_goes_on():
 
 
 @pytest.mark.parametrize('rate', [15.0, 30.0, 60.0])
-def test_touches_keep_their_numbers_at_any_rate(rate):
+def test_contacts_keep_their_ids_at_any_rate(rate):
     tracker, rng = TouchTracker(), np.random.default_rng(0)
     for k in range(int(2 * rate)):
         x = 0.02 * (1 - np.cos(2 * k / rate))  # m, there and back at up to 0.04 m/s
-        places = np.array([[x, 0.0], [0.02, 0.02 - x / 2]]) + SIGMA * rng.standard_normal((2, 2))
-        assert tracker.process([touch(*place) for place in places], 1 + k / rate) == [1, 2]
+        positions = np.array([[x, 0.0], [0.02, 0.02 - x / 2]]) + SIGMA * rng.standard_normal((2, 2))
+        assert tracker.process([touch(*position) for position in positions], 1 + k / rate) == [1, 2]
 
 
-def test_what_is_no_number_or_no_later_stamp_is_refused():
+def test_nan_and_earlier_stamps_are_refused():
     tracker = TouchTracker()
     tracker.process([touch(0.0, 0.0)], 1.0)
     for stamp in (1.0, 0.5, np.nan):
         with pytest.raises(BadFrame, match='not later'):
             tracker.process([], stamp)
-    with pytest.raises(BadArgument, match='finite place'):
+    with pytest.raises(BadArgument, match='finite position'):
         tracker.process([touch(np.nan, 0.0)], 2.0)

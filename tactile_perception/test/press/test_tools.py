@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What calibrate makes of presses whose wrench was recorded."""
+"""Calibration of presses with a recorded wrench, and of the stitching."""
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,12 +12,12 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.stitching.calibration import load_stitching
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
-from tactile_perception.errors import BadCalibration
+from tactile_perception.core.errors import BadCalibration
 from tactile_perception.press.calibration import read_touch
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.tools import find_stitching, fit_wrench, tell_truth
+from tactile_perception.press.tools import find_stitching, fit_wrench, have_truth
 from tactile_perception.tools import calibrate, process_bag
 
 
@@ -62,19 +62,19 @@ def dark():
     return tuple(np.full_like(image, 12) for image in pair())
 
 
-def test_one_untouched_pair_is_enough_for_the_drivers_file(tmp_path, params, capsys):
+def test_one_untouched_pair_determines_the_stitching_file(tmp_path, params, capsys):
     bag, output = write_pairs(tmp_path / 'bag', [pair()], truth=False), tmp_path / 'out.yaml'
-    assert not tell_truth([bag], '')
+    assert not have_truth([bag], '')
     assert calibrate.main([str(bag), '--params', str(params), '--output', str(output)]) == 0
     said = capsys.readouterr().out
-    assert 'markers off the nominal grid: 0.4' in said and ' mm RMS' in said and 'the stitching alone' in said
+    assert 'deviation of the markers from the nominal grid: 0.4' in said and ' mm RMS' in said and 'the stitching alone' in said
     found = load_stitching(str(output))
     assert found.camera_centres[0] == pytest.approx([-0.0165, 0.0, -0.046], abs=3e-4) and found.right.gain == pytest.approx(0.8, abs=0.02)
     residuals = yaml.safe_load(output.read_text())['residuals']
     assert 5e-5 < residuals['markers_off_grid'] < 12e-5 and residuals['views_apart'] < 1.5e-5
 
 
-def test_with_the_stitching_alone_markers_are_reported_and_no_touches(tmp_path, params):
+def test_with_the_stitching_alone_only_markers_are_reported(tmp_path, params):
     output, bag = tmp_path / 'out.yaml', write_pairs(tmp_path / 'bag', [pair()] * 2, truth=False)
     calibrate.main([str(bag), '--params', str(params), '--output', str(output)])
     assert read_touch(output, 'areal_dual').best == ''
@@ -86,14 +86,14 @@ def test_with_the_stitching_alone_markers_are_reported_and_no_touches(tmp_path, 
         tracks = decode(dots[0].data, dots[0].type_name)
     assert len(dots) == 2 and '/pad/contacts' not in reader.topics
     assert sorted(tracks.id) == list(range(SENSOR.rows * SENSOR.columns)) and tracks.header.frame_id == 'pad'
-    places = np.stack([tracks.x, tracks.y], axis=1)[np.argsort(tracks.id)]
-    assert np.linalg.norm(places - printed(), axis=1).mean() < 0.04e-3
+    positions = np.stack([tracks.x, tracks.y], axis=1)[np.argsort(tracks.id)]
+    assert np.linalg.norm(positions - printed(), axis=1).mean() < 0.04e-3
 
 
-def test_only_untouched_pairs_count_and_the_first_that_can_be_used(tmp_path, params):
+def test_the_first_usable_untouched_pair_is_used(tmp_path, params):
     pressed = tuple(np.roll(image, 25, axis=0) for image in pair())
     bag = write_pairs(tmp_path / 'bag', [pressed, dark(), pair(), pressed], touched={0, 3})
-    assert tell_truth([bag], '/pad')
+    assert have_truth([bag], '/pad')
     found = find_stitching([bag], params, SENSOR, '')
     assert found.stitching.camera_centres[1] == pytest.approx([0.017, 0.001, -0.0455], abs=3e-4)
 
@@ -104,7 +104,7 @@ def test_cameras_that_are_not_calibrated_are_refused(tmp_path, params):
         find_stitching([bag], params, SENSOR, 'pad')
 
 
-def test_pairs_that_show_nothing_are_named(tmp_path, params, capsys):
+def test_pairs_without_markers_are_reported(tmp_path, params, capsys):
     bag = write_pairs(tmp_path / 'bag', [dark()] * 3, truth=False)
     with pytest.raises(BadCalibration, match='left image'):
         find_stitching([bag], params, SENSOR, '')

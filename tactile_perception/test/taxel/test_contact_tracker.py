@@ -29,7 +29,7 @@ def two(gap):
     return both(bar(-4 - gap / 2, 0, 0, 8, 8), bar(4 + gap / 2, 0, 0, 8, 8))
 
 
-def test_two_regions_merge_into_one_that_says_so_until_they_part():
+def test_two_regions_merge_into_one_that_is_flagged_until_they_separate():
     tracker = Tracker()
     for gap in (8, 6, 5, 5, 5):
         assert sorted(tracker.see(two(gap))) == [1, 2]
@@ -41,13 +41,13 @@ def test_two_regions_merge_into_one_that_says_so_until_they_part():
         assert sorted(found) == [kept, 3] and not any(one.merged for one in found.values())
 
 
-def test_a_beginning_contact_of_several_regions_has_not_merged():
+def test_a_new_contact_of_several_regions_is_not_flagged_as_merged():
     tracker = Tracker()
     assert len(tracker.see(two(5))) == 2
     assert not any(one.merged for one in tracker.see(two(0)).values())
 
 
-def test_a_jump_makes_a_new_contact_and_so_does_a_gap_that_is_longer_than_a_tenth_of_a_second():
+def test_a_jump_or_a_gap_of_more_than_a_tenth_of_a_second_starts_a_new_contact():
     tracker, nothing = Tracker(), lambda x, y: x > 1e9
     assert list(tracker.see(bar(-12, length=10))) == [1]
     assert list(tracker.see(bar(12, length=10))) == [2]
@@ -59,12 +59,12 @@ def test_a_jump_makes_a_new_contact_and_so_does_a_gap_that_is_longer_than_a_tent
     assert list(tracker.see(bar(12, length=10))) == [4]
 
 
-def test_a_contact_lasts_after_two_hundredths_of_a_second():
+def test_a_contact_is_persistent_after_20_ms():
     tracker = Tracker()
     assert [one.is_persistent for _ in range(4) for one in tracker.see(bar(0)).values()] == [False, False, True, True]
 
 
-def test_any_labels_are_followed():
+def test_any_labels_are_tracked():
     tracker, rng = ContactTracker(), np.random.default_rng(0)
     moments = find_regions(*[np.ones((44, 44), np.float32)] * 2, ARRAY).all[0].moments
     for k in range(50):

@@ -12,7 +12,7 @@ from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, Key, TaxelScene, TaxelScript
 from tactile_perception.common.estimates import AMBIGUOUS, GROSS, NONE, SATURATED
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.evaluation.scores import macro_f1
 from tactile_perception.published.taxel_array_image_processing import PaperMethod, edge_loops, image_moments
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
@@ -38,7 +38,7 @@ def run(images, settings=KNOWN, array=ARRAY, untouched=8, estimator=None):
 @pytest.mark.parametrize('method', TAXEL_METHODS)
 @pytest.mark.parametrize('image', [np.zeros((44, 44)), np.full((44, 44), 255.0), np.full((44, 44), 40.0),
                                    255.0 * (np.indices((44, 44)).sum(axis=0) % 2), np.eye(44) * 200])
-def test_hard_pictures_are_survived_and_quiet(method, image):
+def test_difficult_images_raise_nothing_and_show_no_slip(method, image):
     settings = TaxelSettings(method=method, response=KNOWN.response)
     for result in run([whole(image)] * 6, settings)[1:]:
         assert result.slip.state == NONE and np.isfinite(result.region.area)
@@ -50,7 +50,7 @@ def test_uniform_load():
     assert result.wrench[2] == pytest.approx(-40 * 500 * 44e-3**2, rel=0.02)
 
 
-def test_jump_of_half_the_array_is_another_contact_and_no_slip():
+def test_a_jump_by_half_the_array_is_a_new_contact_without_slip():
     results = run([whole(picture(bar(-12, length=10)))] * 8 + [whole(picture(bar(12, length=10)))] * 8)
     assert [results[k].contacts[0].id for k in (7, 8)] == [1, 2]
     assert all(result.slip.state == NONE for result in results)
@@ -74,14 +74,14 @@ def test_any_size(shape):
         assert result.region.area > 0 and result.slip.state == NONE
 
 
-def test_a_checkerboard_is_a_broken_image_of_which_little_is_reported():
+def test_a_checkerboard_is_a_broken_image_with_few_results():
     even = np.indices((44, 44)).sum(axis=0) % 2 * 120.0
     for result in run([whole(even), whole(120 - even)] * 3):
         assert result.slip.state == NONE and np.isnan(result.region.orientation) and np.isnan(result.wrench).all()
         assert len(result.contacts) == 64 and all(c.flags & AMBIGUOUS and np.isnan(c.force) for c in result.contacts)
 
 
-def test_rows_that_die_unnoticed_are_found_in_the_contact_and_bridged():
+def test_rows_that_die_are_detected_in_contact_and_interpolated():
     image = whole(picture(bar(0.4, 0.3, 0.2)))
     image[[15, 21]] = 3
     results = run([image] * 14)
@@ -91,7 +91,7 @@ def test_rows_that_die_unnoticed_are_found_in_the_contact_and_bridged():
     assert region.centroid[:2] == pytest.approx([0.4e-3, 0.3e-3], abs=0.1e-3)
 
 
-def test_a_column_of_nan_that_comes_and_stays_is_bridged_and_does_not_slip():
+def test_a_column_that_turns_nan_is_interpolated_and_does_not_slip():
     image = picture(bar()) + 3.0
     gone = image.copy()
     gone[:, 24] = np.nan
@@ -105,11 +105,12 @@ def test_a_load_along_a_single_line_of_taxels(shape):
     array = TaxelArray(*shape, 1e-3)
     along = 0 if shape[0] == 1 else 1
 
-    def load(place):
-        return whole(100 * np.clip(4.5 - np.abs(np.arange(40) - place), 0, 1).reshape(shape))
+    def load(position):
+        return whole(100 * np.clip(4.5 - np.abs(np.arange(40) - position), 0, 1).reshape(shape))
     results = run([load(20 + 0.1 * k) for k in range(20)], array=array)
-    places = [result.contacts[0].position[along] for result in results]
-    assert np.diff(places) == pytest.approx(np.full(19, 1e-4), abs=5e-5) and places[-1] - places[0] == pytest.approx(1.9e-3, abs=1.5e-4)
+    positions = [result.contacts[0].position[along] for result in results]
+    assert np.diff(positions) == pytest.approx(np.full(19, 1e-4), abs=5e-5)
+    assert positions[-1] - positions[0] == pytest.approx(1.9e-3, abs=1.5e-4)
     assert results[-1].wrench[2] == pytest.approx(-500 * 1e-6 * 800, rel=0.1)
 
 
@@ -123,7 +124,7 @@ def test_depth_and_weight_give_the_wrench():
 
 
 @pytest.mark.parametrize('method, strength, by_depth', [('mechanics', 1, False), ('paper', 1, True), ('mechanics', 9, True)])
-def test_calibrated_pressure_goes_before_depth_unless_it_is_saturated(method, strength, by_depth):
+def test_calibrated_pressure_is_preferred_to_depth_unless_saturated(method, strength, by_depth):
     image, depth = whole(strength * picture(bar())), 2e-3
     known = run([image], TaxelSettings(method=method, response=KNOWN.response))[0]
     estimator = TaxelEstimator(ARRAY, SoftPad(), TaxelSettings(method=method, response=KNOWN.response))
@@ -141,14 +142,14 @@ def test_refused_frames():
             estimator.process(values, stamp)
 
 
-def test_tare_takes_the_next_frame():
+def test_set_reference_uses_the_next_frame():
     estimator = TaxelEstimator(ARRAY, SoftPad(), KNOWN)
     first = run([whole(picture(bar()))], estimator=estimator)[0]
     estimator.set_reference()
     assert first.contacts and not estimator.process(whole(picture(bar())), 5.0).contacts
 
 
-def test_unknown_method_lists_the_known():
+def test_an_unknown_method_is_refused_with_the_list_of_known_ones():
     with pytest.raises(BadArgument, match='mechanics, paper'):
         TaxelEstimator(ARRAY, SoftPad(), TaxelSettings(method='magic'))
 
@@ -156,7 +157,7 @@ def test_unknown_method_lists_the_known():
 @pytest.mark.full
 @pytest.mark.parametrize('thickness', [2e-3, 3e-3])
 def test_the_moment_of_a_heavy_grasp(thickness):
-    """Of a pad that is bonded: the pressure on the taxels lies off that on the surface, by the thickness times friction over load."""
+    """On a bonded pad the pressure on the taxels is offset from that on the surface, by the thickness times friction over load."""
     specimen, depth = PadSpecimen(thickness=thickness), 3e-4
     pulled = 0.8 * specimen.grip * specimen.press * depth / specimen.pull
     path = ((0.0, 0, -1e-4), (0.4, 0, -1e-4), (0.7, 0, depth), (1.2, pulled, depth), (1.4, pulled, depth))
@@ -174,7 +175,7 @@ def test_the_moment_of_a_heavy_grasp(thickness):
 
 @pytest.mark.parametrize('face', ['sphere', 'roller', 'disc'])
 def test_the_area_of_a_face_that_saturates_taxels(face):
-    """Pressed to 45 % of the pad: a third of the taxels of a curved face, most of a flat one."""
+    """Pressed to 45 % of the pad, a curved face saturates a third of its taxels and a flat one most."""
     specimen, ink = DEVICE_B[0], replace(DEVICE_B[1], uneven=0.0)
     depth = ((0.0, -1e-4), (0.4, -1e-4), (0.7, 9e-4), (0.9, 9e-4))
     scene = TaxelScene(TaxelScript(face, tuple(Key(t, 6e-4, -3e-4, 0.2, down) for t, down in depth)), 40.0, 5, specimen, ink)
@@ -188,7 +189,7 @@ def test_the_area_of_a_face_that_saturates_taxels(face):
 
 
 def played(name, rate, noise=1, seed=7, settings=KNOWN, ink=None):
-    """Of a scene while something touches: table of true and found states of slip; confidence and whether it is right, of each frame."""
+    """Frames of a scene with contact: table of true and estimated states of slip; confidence and correctness of each frame."""
     specimen = PadSpecimen()
     ink = ink or InkSpecimen(uneven=0.0, loop=0.0, memory=0.0, noise=0.6 * noise)
     scene = TaxelScene(TAXEL_SCENES[name], rate, seed, specimen, ink)
@@ -214,7 +215,7 @@ def test_slip_and_its_confidence_at_other_rates_and_under_noise(rate, noise):
 
 
 @pytest.mark.full
-def test_slip_without_calibrated_pressure_is_as_doubtful_as_it_is_often_wrong():
+def test_the_confidence_of_slip_without_calibrated_pressure_matches_its_accuracy():
     scenes = [played(name, 50.0, seed=11, settings=TaxelSettings(), ink=InkSpecimen())
               for name in ('slide', 'rock', 'grip', 'smooth', 'cycle')]
     confusion = sum(scene[0] for scene in scenes)
@@ -230,7 +231,7 @@ def test_a_roller_that_rolls_does_not_slip_and_a_smooth_bar_does():
     assert macro_f1(played('smooth', 50.0)[0][[[NONE], [GROSS]], [NONE, GROSS]]) > 0.9
 
 
-def test_the_place_of_an_object_smoother_than_the_pad_says_is_as_uncertain_as_it_is_wrong():
+def test_the_position_covariance_holds_for_lower_friction_than_that_of_the_pad():
     scene, pad = TaxelScene(TAXEL_SCENES['smooth'], 50.0, 3, ink=InkSpecimen(uneven=0.0, loop=0.0, memory=0.0)), PadSpecimen()
     estimator = TaxelEstimator(ARRAY, SoftPad(pad.thickness, pad.press * pad.thickness, pad.pull * pad.thickness, pad.grip), KNOWN)
     squares = []
@@ -243,7 +244,7 @@ def test_the_place_of_an_object_smoother_than_the_pad_says_is_as_uncertain_as_it
     assert len(squares) > 30 and 0.3 < np.mean(squares) < 3
 
 
-def test_a_copy_goes_on_by_itself_as_the_original():
+def test_a_copy_is_independent_and_gives_the_same_results():
     images = [whole(picture(bar(0.05 * k))) for k in range(30)]
     estimator = TaxelEstimator(ARRAY, SoftPad(), KNOWN)
     run(images[:15], estimator=estimator)
@@ -258,7 +259,7 @@ VALUES = defaults(TAXEL_PARAMETERS)
 
 
 @pytest.mark.parametrize('wrong', [{'object.gravity': [0.0, 0.0, 0.0]}, {'object.gravity': [1.0]}, {'object.centre_of_mass': [0.0]}])
-def test_wrong_object(wrong):
+def test_a_wrong_object_is_refused(wrong):
     with pytest.raises(BadArgument, match='three numbers'):
         grasped_object(VALUES | wrong)
 
@@ -269,7 +270,7 @@ def test_dead_taxels_reach_the_estimator():
 
 
 @pytest.mark.parametrize('noise', [0.2, 2.0, 50.0])
-def test_the_first_frames_of_an_untouched_array_hold_no_contact_whatever_its_noise(noise):
+def test_the_first_frames_of_an_untouched_array_show_no_contact_at_any_noise(noise):
     estimator, rng = taxel_estimator(VALUES | {'bits': 16}), np.random.default_rng(4)
     frames = 3000 + rng.normal(0, noise, (5, 44, 44))
     assert [estimator.process(frame.astype(np.uint16), 0.01 * k).contacts for k, frame in enumerate(frames)] == [[]] * 5
@@ -282,13 +283,17 @@ def test_a_sensor_that_is_touched_at_the_start():
     assert found == [0, 1]
 
 
-def test_every_taxel_that_is_not_zero_is_contact():
-    regions, _ = PaperMethod(ARRAY).regions(picture(bar()), 0.5)
+def seen(paper, image, stamp_s):
+    return paper.observe(image, 0.5, np.zeros(image.shape, bool), stamp_s, True)
+
+
+def test_every_nonzero_taxel_is_in_contact():
+    regions = seen(PaperMethod(ARRAY), picture(bar()), 1.0).regions
     assert regions.total.area > 1.3 * 160e-6
     assert regions.total.centroid[:2] == pytest.approx([0, 0], abs=0.1e-3)
 
 
-def test_edges_are_the_shape_of_a_contact_and_of_its_hole():
+def test_edges_follow_a_contact_and_its_hole():
     x, y = np.meshgrid(ARRAY.x, ARRAY.y)
     far = np.hypot(x, y)
     image = cv2.GaussianBlur(((far < 14e-3) & (far > 7e-3)).astype(np.float32), (0, 0), 0.8)
@@ -313,24 +318,24 @@ def test_flow_of_features_is_slip():
     paper = PaperMethod(ARRAY)
     for k, x in enumerate((0, 0, 0.4)):
         image = picture(bar(x))
-        slip, _ = paper.slip(paper.regions(image, 0.5)[0], image, 0.1 * k)
+        slip = seen(paper, image, 0.1 * k).slip
         assert slip.state == (NONE, NONE, GROSS)[k]
     assert slip.linear[0] == pytest.approx(4e-3, rel=0.3)
 
 
-def test_nothing_and_constant_images_have_no_features():
+def test_empty_and_constant_images_have_no_features():
     paper = PaperMethod(ARRAY)
     for k, image in enumerate([np.zeros((44, 44), np.float32), np.full((44, 44), 9, np.float32)] * 2):
-        assert paper.slip(paper.regions(image, 0.5)[0], image, float(k))[0].state == NONE
+        assert seen(paper, image, float(k)).slip.state == NONE
 
 
-def test_place_and_angle_are_those_of_the_values():
+def test_centroid_and_angle_follow_from_the_values():
     array = TaxelArray(20, 30, 0.001, 255.0)
     image = np.zeros((20, 30))
     for k in range(8):
         image[4 + k, 6 + 2 * k:8 + 2 * k] = 10.0
-    place, angle = image_moments(image, array)
+    position, angle = image_moments(image, array)
     assert np.degrees(angle) == pytest.approx(26.6, abs=1.0)
-    assert place == pytest.approx([13.5e-3 - 14.5e-3, 7.5e-3 - 9.5e-3], abs=1e-9)
-    assert image_moments(100 * image, array)[0] == pytest.approx(place)
+    assert position == pytest.approx([13.5e-3 - 14.5e-3, 7.5e-3 - 9.5e-3], abs=1e-9)
+    assert image_moments(100 * image, array)[0] == pytest.approx(position)
     assert np.isnan(image_moments(np.zeros((20, 30)), array)[1])

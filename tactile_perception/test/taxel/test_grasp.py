@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The wrench of a gripper's object (paper taxel_array_image_processing, eqs 5 to 9): depth from the opening of the fingers, and the frame
-of a force/torque sensor, as a live node takes them from /joint_states and tf."""
+of a force/torque sensor, as a live node receives them from /joint_states and tf."""
 import itertools
 
 import numpy as np
@@ -20,8 +20,8 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.parameters.table import defaults
 from tactile_msgs.msg import ContactRegion
-from tactile_perception.errors import BadFrame
-from tactile_perception.node import make_node
+from tactile_perception.core.errors import BadFrame
+from tactile_perception.core.node import make_node
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
 
@@ -43,7 +43,7 @@ def joints(stamp_s, position=POSITION, name='finger'):
 
 
 def mounted():
-    """Where the pad is in the frame of the force/torque sensor."""
+    """Pose of the pad in the frame of the force/torque sensor."""
     one = TransformStamped(child_frame_id='pad')
     one.header.frame_id = 'force_sensor'
     turn, at = one.transform.rotation, one.transform.translation
@@ -79,7 +79,7 @@ def test_depth_follows_from_the_opening_of_the_fingers():
 
 
 def nothing(it):
-    """Say nothing of the gripper."""
+    """Report nothing about the gripper."""
 
 
 def another(it):
@@ -96,7 +96,7 @@ def broken(it):
 
 
 @pytest.mark.parametrize('say', [nothing, another, old, broken])
-def test_without_the_position_of_the_joint_the_force_is_unknown_and_the_rest_goes_on(say):
+def test_without_a_joint_position_only_the_force_is_unknown(say):
     it = stage()
     say(it)
     wrench, region = felt(it, 9.0)
@@ -104,7 +104,7 @@ def test_without_the_position_of_the_joint_the_force_is_unknown_and_the_rest_goe
     assert "joint 'finger'" in it.health()[0] and 'depth is NaN' in it.health()[0]
 
 
-def test_a_touch_that_the_opening_contradicts_has_no_force():
+def test_a_contact_that_contradicts_the_opening_has_no_force():
     it = stage()
     it.take('/joint_states', joints(1.0, 0.03))
     assert np.isnan(felt(it)[0][2])
@@ -113,7 +113,7 @@ def test_a_touch_that_the_opening_contradicts_has_no_force():
     assert np.isnan(felt(it)[0][2]) and 'object.width' in it.health()[0]
 
 
-def test_where_tf_does_not_know_the_frame_the_wrench_is_unknown_and_the_rest_goes_on():
+def test_without_a_transform_only_the_wrench_is_unknown():
     it = stage(wrench_frame='force_sensor')
     it.take('/joint_states', joints(1.0))
     wrench, region = felt(it)
@@ -123,7 +123,7 @@ def test_where_tf_does_not_know_the_frame_the_wrench_is_unknown_and_the_rest_goe
     assert np.isfinite(felt(it, 1.1)[0]).all() and it.health()[0] == ''
 
 
-def test_an_unknown_component_makes_only_those_unknown_that_need_it():
+def test_an_unknown_component_affects_only_components_that_depend_on_it():
     it, link = stage(wrench_frame='force_sensor', **{'object.weight': 0.0}), mounted()
     turn = link.transforms[0].transform.rotation
     turn.x, turn.y, turn.z, turn.w = Rotation.from_rotvec([0, 0, np.pi / 2]).as_quat()
@@ -135,7 +135,7 @@ def test_an_unknown_component_makes_only_those_unknown_that_need_it():
 
 @pytest.fixture
 def live():
-    """A node with these parameters and somebody who feeds and hears it."""
+    """A node with these parameters, and a peer that feeds it and receives its results."""
     rclpy.init()
     nodes = []
 
@@ -151,7 +151,7 @@ def live():
     rclpy.try_shutdown()
 
 
-def test_a_node_tells_what_the_force_torque_sensor_of_the_finger_feels(live):
+def test_a_node_reports_the_wrench_at_the_force_torque_sensor(live):
     gripper, executor = live(**OWN, wrench_frame='force_sensor')
     heard = {'wrench': [], 'contact_region': []}
     for (topic, messages), kind in zip(heard.items(), (WrenchStamped, ContactRegion)):

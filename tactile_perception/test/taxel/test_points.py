@@ -1,19 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Taxels as points: forces that add up to the contacts', pad and states as the estimator tells them."""
+"""Taxels as points: forces that add up to those of the contacts, and the estimator's states."""
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
 from taxel_pictures import ARRAY, bar, both, disc, picture
 
+from tactile_perception._core.taxel import SurfaceShear
 from tactile_perception.common.estimates import GROSS, NONE, SlipEstimate
 from tactile_perception.common.surface_points import SLIPPING, STICKING, UNKNOWN
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
-from tactile_perception.taxel.motion import MotionTracker, ObjectMotion
-from tactile_perception.taxel.pressure import SoftPad
+from tactile_perception.taxel.pressure import SoftPad, pad_on
 from tactile_perception.taxel.region import find_regions
 from tactile_perception.taxel.response import Response
-from tactile_perception.taxel.wrench import GraspedObject, normal_force, pressure_centre, taxel_states, under_friction
+from tactile_perception.taxel.wrench import GraspedObject, normal_force, taxel_states
 
 PAD, PER_COUNT = SoftPad(), 500.0  # Pa
 KNOWN = TaxelSettings(response=Response((PER_COUNT, 0.0, 0.0), known=True))
@@ -30,7 +32,7 @@ def result_of(image, settings=KNOWN, grasped=GraspedObject()):
 
 
 @pytest.mark.parametrize('method', TAXEL_METHODS)
-def test_forces_add_up_to_the_wrench_and_its_moment(method):
+def test_forces_sum_to_the_wrench_and_its_moment(method):
     result = result_of(picture(TWO), TaxelSettings(method=method, response=KNOWN.response))
     points = result.points()
     assert len(result.contacts) == 2 and points.normal_force.sum() == pytest.approx(sum(c.force for c in result.contacts), rel=1e-5)
@@ -49,7 +51,7 @@ def test_forces_are_those_that_press_the_pad():
     assert not points.normal_force[far & ~left].any()
 
 
-def test_a_point_lies_where_its_taxel_is_and_the_pad_gives_as_it_is_pressed():
+def test_points_are_at_the_taxels_and_displaced_by_the_pressure():
     points = result_of(picture(disc(0, 0, 9))).points()
     assert points.shape == (44, 44) and points.xyz[0] == pytest.approx([-21.5e-3, -21.5e-3, 0])
     assert points.xyz[43] == pytest.approx([21.5e-3, -21.5e-3, 0]) and (points.normal == [0, 0, 1]).all()
@@ -59,7 +61,7 @@ def test_a_point_lies_where_its_taxel_is_and_the_pad_gives_as_it_is_pressed():
     assert points.state[middle] == STICKING and points.state[0] == 0
 
 
-def test_a_known_depth_tells_the_force_and_pressure_only_its_shares():
+def test_a_known_depth_gives_the_force_and_pressure_its_distribution():
     result = result_of(picture(TWO), TaxelSettings(), GraspedObject(depth=4e-4))
     points = result.points()
     assert points.normal_force.sum() == pytest.approx(-result.wrench[2], rel=1e-5)
@@ -77,7 +79,7 @@ def test_states():
     regions = find_regions(score, score, ARRAY)
     slipping = np.zeros((44, 44), bool)
     slipping[:22] = True
-    motion = ObjectMotion(np.zeros(2), 0.0, slipping, np.zeros(2), 0.0)
+    motion = SimpleNamespace(slipping=slipping)
     state = taxel_states(regions, SlipEstimate(state=GROSS), motion)
     assert (state[:22][regions.touched[:22]] == SLIPPING).all() and (state[22:][regions.touched[22:]] == STICKING).all()
     assert not state[~regions.touched].any()
@@ -89,23 +91,23 @@ def test_normal_force_of_equation_5():
     assert normal_force(200e-6, 4e-4, SoftPad(thickness=0.002, stiffness=3e5)) == pytest.approx(12.0)
 
 
-def test_pressure_acts_where_the_load_is():
-    everywhere = np.ones((44, 44), bool)
-    assert pressure_centre(picture(bar(4.0, -3.0)), everywhere, ARRAY, PAD) == pytest.approx([4e-3, -3e-3], abs=2e-5)
-    assert np.isnan(pressure_centre(np.zeros((44, 44), np.float32), everywhere, ARRAY, PAD)).all()
+def test_the_pressure_centre_is_that_of_the_load():
+    shear, everywhere = SurfaceShear(pad_on(ARRAY, PAD)), np.ones((44, 44), bool)
+    assert shear.pressure_centre(picture(bar(4.0, -3.0)), everywhere) == pytest.approx([4e-3, -3e-3], abs=2e-5)
+    assert np.isnan(shear.pressure_centre(np.zeros((44, 44), np.float32), everywhere)).all()
 
 
 @pytest.mark.parametrize('thickness', [1e-3, 3e-3])
-def test_moments_about_the_taxels_balance_under_friction_though_no_tension_is_seen(thickness):
-    pad, friction = SoftPad(thickness=thickness), np.array([4.0, -2.0])
+def test_moments_balance_under_friction_although_tension_is_not_measured(thickness):
+    shear, friction = SurfaceShear(pad_on(ARRAY, SoftPad(thickness=thickness))), np.array([4.0, -2.0])
     touched = np.zeros((44, 44), bool)
     touched[16:26, 18:36] = True
     load = cv2.GaussianBlur(5e4 * touched.astype(np.float32), (0, 0), 0.7)
-    centre, normal = pressure_centre(load, touched, ARRAY, PAD), 1e-6 * float(load.sum())
+    centre, normal = shear.pressure_centre(load, touched), 1e-6 * float(load.sum())
     even = cv2.GaussianBlur(touched / np.float32(touched.sum() * 1e-6), (0, 0), 1.2e3 * thickness)
     slopes = friction[0] * np.gradient(even, axis=1) + friction[1] * np.gradient(even, axis=0)
     shown = np.maximum(load - thickness * 1e3 * slopes, 0).astype(np.float32)
-    found = under_friction(shown, touched, friction, ARRAY, pad, MotionTracker(ARRAY, pad).shear)
+    found = shear.pressure_centre(shown, touched, friction)
     arm = thickness * np.hypot(*friction) / normal
-    by_the_seen_alone = pressure_centre(shown, touched, ARRAY, pad) - thickness * friction / normal
+    by_the_seen_alone = shear.pressure_centre(shown, touched) - thickness * friction / normal
     assert np.hypot(*(found - centre)) < 0.06 * arm and np.hypot(*(by_the_seen_alone - centre)) > 0.1 * arm

@@ -6,8 +6,8 @@ import pytest
 from taxel_pictures import bar, picture
 
 from tactile_perception._core.taxel import Baseline, DeadTaxels, Hysteresis
-from tactile_perception.calibration.files.format import write_calibration
-from tactile_perception.errors import BadArgument, BadCalibration, BadFrame
+from tactile_perception.core.calibration_file import write_calibration
+from tactile_perception.core.errors import BadArgument, BadCalibration, BadFrame
 from tactile_perception.taxel.calibration import fit_gains, fit_loop, fit_response
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.response import Loop, Response, read_taxels, taxel_file
@@ -20,7 +20,7 @@ def noisy(rng, extra=0.0):
     return (OFFSET + extra + rng.normal(0, 0.7, OFFSET.shape)).astype(np.float32)
 
 
-def test_offsets_are_learnt_and_the_noise_known():
+def test_offsets_and_noise_are_learnt():
     baseline, rng = Baseline(20, 30.0), np.random.default_rng(0)
     for _ in range(60):
         baseline.follow(baseline.change(noisy(rng)), UNTOUCHED, 0.01)
@@ -28,7 +28,7 @@ def test_offsets_are_learnt_and_the_noise_known():
     assert baseline.sigma == pytest.approx(0.7, rel=0.1)
 
 
-def test_drift_is_followed_and_a_lasting_contact_is_not_eaten():
+def test_drift_is_compensated_and_a_persistent_contact_is_kept():
     baseline, rng = Baseline(5, 2.0), np.random.default_rng(0)
     touched = np.zeros(OFFSET.shape, bool)
     touched[5, 5] = True
@@ -44,7 +44,7 @@ def test_drift_is_followed_and_a_lasting_contact_is_not_eaten():
     assert baseline.change(frame)[5, 5] > 50
 
 
-def test_first_frame_that_looks_pressed_is_said():
+def test_a_first_frame_that_looks_pressed_is_reported():
     hill = OFFSET.copy()
     hill[3:9, 3:9] += 100
     baseline = Baseline(5, 30.0)
@@ -55,7 +55,7 @@ def test_first_frame_that_looks_pressed_is_said():
 
 
 @pytest.mark.parametrize(('offset', 'zero'), [(0, True), (3, False)])
-def test_zeros_in_most_of_a_first_frame_are_the_untouched_values(offset, zero):
+def test_a_mostly_zero_first_frame_sets_the_reference_to_zero(offset, zero):
     frame = np.full(OFFSET.shape, offset, np.float32)
     frame[4:8, 4:8] = 90
     baseline = Baseline(5, 30.0, zeroed=True)
@@ -71,19 +71,19 @@ def test_the_full_scale_is_found_from_an_image():
     assert array.scale_of(values) == 4095 and TaxelArray(12, 12, 1e-3, 1023.0).scale_of(values) == 1023
 
 
-def test_start_of_calibration_holds_though_touched_from_the_first():
+def test_calibrated_untouched_values_hold_when_touched_from_the_start():
     frame = OFFSET.copy()
     frame[5, 5] += 50
     assert Baseline(5, 30.0, OFFSET).change(frame)[5, 5] == pytest.approx(50)
 
 
-def test_wrong_numbers():
+def test_wrong_numbers_are_refused():
     with pytest.raises(BadArgument):
         Baseline(0, 1.0)
 
 
-def test_noise_that_looks_like_touch_everywhere_is_known_all_the_same():
-    """No taxel is ever quiet: the differences of frames tell, but for what all have in common, as a load on all."""
+def test_noise_that_looks_like_contact_everywhere_is_measured():
+    """No taxel is ever quiet: noise follows from differences of frames without what all taxels share, such as a load on all."""
     baseline, rng, touched = Baseline(20, 30.0), np.random.default_rng(0), np.ones(OFFSET.shape, bool)
     for k in range(40):
         noise = rng.normal(0, 12, OFFSET.shape).astype(np.float32)
@@ -103,7 +103,7 @@ def test_infinity_becomes_nan():
 
 
 @pytest.mark.parametrize('wrong', [dict(rows=0), dict(columns=257), dict(pitch=0.0), dict(full_scale=0.0)])
-def test_wrong_array(wrong):
+def test_a_wrong_array_is_refused(wrong):
     with pytest.raises(BadArgument):
         TaxelArray(**{'rows': 4, 'columns': 4, 'pitch': 1e-3} | wrong)
 
@@ -122,7 +122,7 @@ def test_healthy_contact_has_no_dead_taxel():
     assert not dead.dead.any()
 
 
-def test_number_of_no_taxel():
+def test_an_index_outside_the_array_is_refused():
     with pytest.raises(BadArgument, match='0 to 11'):
         TaxelArray(3, 4, 1e-3).dead([12])
 
@@ -130,17 +130,17 @@ def test_number_of_no_taxel():
 GAIN = 1 + 0.08 * np.random.default_rng(2).normal(size=(44, 44))
 
 
-def test_gains_come_back_from_even_loads():
+def test_gains_are_recovered_from_even_loads():
     loads = np.array([20, 60, 100, 160.0])
     found = fit_gains(loads[:, None, None] * GAIN)
     assert np.abs(found / found.mean() - GAIN / GAIN.mean()).max() < 1e-3
 
 
-def test_no_gains_from_a_stamp():
+def test_a_stamp_gives_no_gains():
     assert fit_gains(np.stack([picture(bar(), load) for load in (20, 50, 100)])) is None
 
 
-def test_unseen_weights_on_a_stamp():
+def test_held_out_weights_on_a_stamp():
     truth = Response((500.0, 0.8, 2000.0), 5.0)
     changes = np.array([picture(bar(), load) for load in (10, 20, 40, 60, 80, 100.0)], np.float64)
     forces = 1e-6 * np.array([truth.pressure(image).sum() for image in changes])
@@ -155,7 +155,7 @@ def test_one_weight_is_not_enough():
 
 
 @pytest.mark.parametrize('scale', [(0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (np.nan, 0.0, 0.0), (1.0,)])
-def test_wrong_scale(scale):
+def test_a_wrong_scale_is_refused(scale):
     with pytest.raises(BadArgument):
         Response(scale)
 
@@ -167,7 +167,7 @@ LOOPS = pytest.mark.parametrize('loop', [HARD, SOFT, GROWING, SLOW])
 
 
 def seen_and_true(loop):
-    """Times, s, loads: up, held, half way down, up again, off; what a layer shows of them."""
+    """Times, s; loads: up, held, half down, up again, zero; and the loads that a layer shows."""
     times = np.arange(0, 6, STEP_S)
     loads = np.interp(times, [0, 0.5, 1.5, 2.5, 3.0, 4.0, 4.2, 6.0], [0, 0, 5e4, 5e4, 2e4, 4e4, 0, 0])
     return times, loads, loop.shown(loads, np.full(len(times), STEP_S))
@@ -178,7 +178,7 @@ def undone(loop, seen):
     return np.array([undo.undone(np.full((3, 3), value, np.float32), STEP_S)[1, 1] for value in seen])
 
 
-def test_a_layer_lags_by_half_of_the_loop_and_creeps_to_a_load_that_rests():
+def test_a_layer_lags_by_half_of_the_loop_and_creeps_to_a_constant_load():
     _, loads, seen = seen_and_true(HARD)
     half = 0.5 * HARD.width(5e4)
     assert loads[140] - seen[140] == pytest.approx(half, rel=0.05) and seen[295] - loads[295] == pytest.approx(half, rel=0.05)
@@ -186,14 +186,14 @@ def test_a_layer_lags_by_half_of_the_loop_and_creeps_to_a_load_that_rests():
 
 
 @LOOPS
-def test_what_a_layer_hides_is_found_exactly(loop):
+def test_the_hidden_part_of_a_load_is_recovered_exactly(loop):
     _, loads, seen = seen_and_true(loop)
     found = undone(loop, seen)
     assert np.abs(seen - loads).max() > 500 and np.abs(found - loads).max() < 5
 
 
 @LOOPS
-def test_noise_grows_as_reported(loop):
+def test_noise_grows_by_the_noise_gain(loop):
     rng, undo = np.random.default_rng(0), Hysteresis(loop)
     frames = rng.normal(1e4, 100, (200, 20, 20)).astype(np.float32)
     found = np.array([undo.undone(frame, STEP_S) for frame in frames])[50:]
@@ -212,13 +212,13 @@ def test_a_loop_is_fitted(loop):
     assert np.abs(again - seen).max() < 0.3 * np.abs(seen - loads).max()
 
 
-def test_no_loop_is_seen_in_noise():
+def test_no_loop_is_fitted_to_noise():
     times, loads, _ = seen_and_true(HARD)
     noisy = loads + np.random.default_rng(0).normal(0, 500, len(loads))
     assert fit_loop(times, loads, np.maximum(noisy, 0)[:, None], np.where(loads > 0, 1e-4, 0)) == Loop()
 
 
-def test_numbers_that_are_no_loop_are_refused():
+def test_impossible_loops_are_refused():
     for numbers in ((0.95, 1.0), (-0.1, 1.0), (0.5, -1.0), (0.5, np.inf), (0.5, 1.0, 1.5), (0.5, 1.0, 0.0, 0.0), (np.nan, 1.0),
                     (0.1, 1.0, 0.0, 1.0, (0.1,)), (0.1, 1.0, 0.0, 1.0, (0.5, 0.45), (1.0, 2.0)), (0.1, 1.0, 0.0, 1.0, (0.1,), (0.0,))):
         with pytest.raises(BadArgument, match='loop'):
@@ -236,7 +236,7 @@ def path(tmp_path):
     return tmp_path / 'c.yaml'
 
 
-def test_what_is_written_is_read(path):
+def test_a_written_response_is_read_back(path):
     found = read_taxels(path, ARRAY)
     assert found.scale == pytest.approx(RESPONSE.scale) and found.knee == 12.5 and found.known
     assert found.loop == RESPONSE.loop

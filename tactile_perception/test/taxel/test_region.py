@@ -6,9 +6,10 @@ import pytest
 from scipy import ndimage
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
 
+from tactile_perception._core.taxel import LEVEL
 from tactile_perception.common.surface import axes
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
-from tactile_perception.taxel.region import LEVEL, ContactScore, find_regions
+from tactile_perception.taxel.region import ContactScore, find_regions
 
 SCORE = ContactScore(ARRAY, SoftPad())
 
@@ -27,7 +28,7 @@ def test_centroid_and_direction_of_a_bar(angle):
     assert 0.5 * np.arctan2(2 * (xy - x * y), xx - x * x - yy + y * y) == pytest.approx(angle, abs=np.radians(0.2))
 
 
-def test_hole_is_found_to_a_part_of_a_taxel():
+def test_a_hole_is_found_with_subtaxel_accuracy():
     hole = regions_of(ring(inner=5.0, outer=11.0)).all[0].holes[0]
     assert np.hypot(*hole[:, :2].T) == pytest.approx(np.full(len(hole), 5e-3), abs=0.4e-3)
 
@@ -52,7 +53,7 @@ def test_one_taxel_and_none():
     assert region.count == 1 and region.moments.centroid[:2] == pytest.approx([-9.5e-3, -11.5e-3])
 
 
-def test_a_taxel_that_hardly_exceeds_the_border_is_no_region():
+def test_a_taxel_just_above_the_level_is_no_region():
     image = np.zeros((44, 44), np.float32)
     image[10, 12] = 0.6
     assert not find_regions(image, image, ARRAY).all
@@ -61,12 +62,12 @@ def test_a_taxel_that_hardly_exceeds_the_border_is_no_region():
 
 
 def pads(gap):
-    """Two squares of 8 mm with gap, mm, between them."""
+    """Two squares of 8 mm with a gap, mm, between them."""
     return both(bar(-4 - gap / 2, 0, 0, 8, 8), bar(4 + gap / 2, 0, 0, 8, 6))
 
 
 @pytest.mark.parametrize(('gap', 'count'), [(2.0, 1), (4.0, 2)])
-def test_pieces_nearer_than_the_pad_hands_on_pressure_are_one_region(gap, count):
+def test_pieces_nearer_than_the_pads_thickness_are_one_region(gap, count):
     apart, regions = regions_of(pads(gap)), regions_of(pads(gap), reach=2.0)
     assert len(apart.all) == 2 and len(regions.all) == count
     assert sorted(set(np.unique(regions.labels)) - {0}) == sorted(region.label for region in regions.all)
@@ -78,7 +79,7 @@ def test_pieces_nearer_than_the_pad_hands_on_pressure_are_one_region(gap, count)
 
 @pytest.mark.parametrize('size', [(1, 1), (1, 9), (7, 1), (2, 2), (13, 6), (44, 44)])
 @pytest.mark.parametrize('seed', range(3))
-def test_any_score_has_regions_with_their_taxels_loads_and_integrals(seed, size):
+def test_regions_of_any_score_have_consistent_taxels_loads_and_integrals(seed, size):
     rng = np.random.default_rng(seed)
     rough = ndimage.gaussian_filter(rng.normal(0, 1, size), 1.5, mode='constant')
     score = np.clip(0.4 + 3 * rough, 0, 1).astype(np.float32)
@@ -97,7 +98,7 @@ def test_any_score_has_regions_with_their_taxels_loads_and_integrals(seed, size)
         assert moments == pytest.approx(sums.tolist(), rel=1e-4, abs=1e-3)
 
 
-def test_of_too_many_regions_the_largest_are_reported():
+def test_only_the_largest_of_too_many_regions_are_reported():
     score = np.zeros((40, 40), np.float32)
     score[::3, ::3] = 1
     score[9, 9:12] = 1

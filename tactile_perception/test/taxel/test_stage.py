@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""An array's stage and its tools."""
+"""The stage of a taxel array and its tools."""
 import numpy as np
 import pytest
 from geometry_msgs.msg import TransformStamped
@@ -9,8 +9,8 @@ from tf2_msgs.msg import TFMessage
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.parameters.table import defaults
-from tactile_perception.calibration.residuals import outliers
-from tactile_perception.errors import BadArgument, BadFrame, ClockSetBack
+from tactile_perception.common.residuals import outliers
+from tactile_perception.core.errors import BadArgument, BadFrame, ClockSetBack
 from tactile_perception.taxel.calibration import Loads, find_loop, held_out_errors
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.pressure import TaxelArray
@@ -41,7 +41,7 @@ def test_refused_images(change):
         TaxelStage(VALUES).process(message)
 
 
-def test_results_go_under_the_images_header():
+def test_results_have_the_header_of_the_image():
     stage = TaxelStage(VALUES)
     for k in range(3):
         stage.process(image(np.full((44, 44), 3, np.uint8), 1 + 0.01 * k))
@@ -52,7 +52,7 @@ def test_results_go_under_the_images_header():
     assert np.isnan(found['wrench'].wrench.force.z)
 
 
-def test_the_object_can_change_while_it_runs():
+def test_the_object_can_be_changed_at_run_time():
     stage = TaxelStage(VALUES)
     stage.process(image(np.full((44, 44), 3, np.uint8), 1.0))
     stage.change(VALUES | {'object.depth': 4e-4})
@@ -69,17 +69,17 @@ def only(found):
 
 def transforms(*links):
     message = TFMessage()
-    for parent, child, turn, place in links:
+    for parent, child, turn, position in links:
         one = TransformStamped(child_frame_id=child)
         one.header.frame_id = parent
         one.transform.rotation.z, one.transform.rotation.w = np.sin(turn / 2), np.cos(turn / 2)
-        one.transform.translation.x, one.transform.translation.y, one.transform.translation.z = place
+        one.transform.translation.x, one.transform.translation.y, one.transform.translation.z = position
         message.transforms.append(one)
     return message
 
 
-def test_friction_follows_the_attitude_from_tf():
-    """Equations 6 and 7: half of the weight, turned into the sensor frame; the moment by the centre of mass of the object's own frame."""
+def test_friction_follows_the_orientation_from_tf():
+    """Equations 6 and 7: half of the weight in the sensor frame; its moment from the centre of mass in the object's own frame."""
     known = {'object.weight': 4.0, 'object.depth': 4e-4, 'object.gravity': [0.0, -1.0, 0.0], 'object.gravity_frame': 'world',
              'object.centre_of_mass': [0.0, 0.02, 0.0], 'object.centre_of_mass_frame': 'object'}
     stage = TaxelStage(VALUES | known)
@@ -97,7 +97,7 @@ def test_friction_follows_the_attitude_from_tf():
     assert [found.force.x, found.force.y] == pytest.approx([0.0, -2.0], abs=1e-9) and found.torque.z == pytest.approx(-0.01 * 2.0)
 
 
-def test_an_invalid_transform_is_refused_and_its_neighbours_are_taken():
+def test_an_invalid_transform_is_refused_and_the_others_are_used():
     stage = TaxelStage(VALUES | {'object.weight': 4.0, 'object.gravity_frame': 'world'})
     stage.process(image(np.full((44, 44), 3, np.uint8), 1.0))
     with pytest.raises(BadFrame, match='elbow'):
@@ -105,7 +105,7 @@ def test_an_invalid_transform_is_refused_and_its_neighbours_are_taken():
     assert np.isfinite(only(stage.process(image(pressed(), 1.1)))['wrench'].wrench.force.y)
 
 
-def test_a_recording_that_begins_again():
+def test_a_recording_that_restarts():
     stage = TaxelStage(VALUES)
     stage.process(image(pressed(), 9.0))
     with pytest.raises(ClockSetBack):
@@ -114,27 +114,27 @@ def test_a_recording_that_begins_again():
 
 
 def loads_of(changes, forces, times=None, when=None):
-    """Loads of one recording, a second apart, each a level of its own."""
+    """Loads of one recording, one second apart, each with its own level."""
     count = len(forces)
     return Loads(changes, np.asarray(forces, float), None, [], when or [''] * count, np.arange(1.0, count + 1) if times is None else times,
                  np.zeros(count, int), np.arange(count))
 
 
-def test_errors_are_reported_by_force_and_where_loads_differ_in_place_over_the_pad():
+def test_errors_are_reported_over_force_and_over_the_pad_if_positions_differ():
     changes = np.zeros((6, 5, 5))
     changes[:, 2, 2] = 1
     array, forces = TaxelArray(5, 5, 1e-3), np.arange(1.0, 7)
     errors = np.array([0.01, -0.01, 0.02, -0.02, 0.01, 0.5])
     loads = loads_of(changes, forces, when=[f'bag at {k} s' for k in range(6)])
     found, = held_out_residuals(loads, array, errors)
-    assert found.value == pytest.approx(100 * errors) and found.place[:, 0] == pytest.approx(forces)
+    assert found.value == pytest.approx(100 * errors) and found.position[:, 0] == pytest.approx(forces)
     assert outliers([found]) == ['bag at 5 s: force error 50 %, the median is 1.5 %']
     changes[0] = np.roll(changes[0], 2, axis=1)
     _, over = held_out_residuals(loads, array, errors)
-    assert over.place[0] == pytest.approx([2.0, 0.0]) and over.place[1] == pytest.approx([0.0, 0.0])
+    assert over.position[0] == pytest.approx([2.0, 0.0]) and over.position[1] == pytest.approx([0.0, 0.0])
 
 
-def test_a_loop_between_rising_and_falling_loads_is_found_and_undone():
+def test_a_loop_between_rising_and_falling_loads_is_found_and_compensated():
     up = np.repeat([5.0, 10, 20, 40, 60, 80], 3)
     pascal, times = 1e3 * np.concatenate([up, up[::-1]]), np.arange(1, 37) * 0.1
     true = Loop(0.5, 5000.0, 0.0, 0.6)
@@ -151,7 +151,7 @@ def test_a_loop_between_rising_and_falling_loads_is_found_and_undone():
 
 
 def shown_by_many_memories(pascal, step_s, rng):
-    """What a layer shows (N,) of loads (N,), Pa, every step_s: springs that slide and relax (Prandtl), and Kelvin elements, at random."""
+    """Pressure (N,) shown under loads (N,), Pa, every step_s, by random sliding and relaxing springs (Prandtl) and Kelvin elements."""
     sliders = 10**rng.uniform(2.8, 4.7, 6), rng.dirichlet(np.ones(6)) * rng.uniform(0.05, 0.2), 10**rng.uniform(-0.5, 1.3, 6)
     kelvin_s, kelvin = np.geomspace(0.03, 30, 7), rng.dirichlet(np.full(7, 2.0)) * rng.uniform(0.04, 0.16)
     spring, late, found = np.zeros(6), np.zeros(7), []
@@ -163,8 +163,8 @@ def shown_by_many_memories(pascal, step_s, rng):
 
 
 @pytest.mark.parametrize('seed', range(300, 306))
-def test_weights_on_a_layer_with_many_memories(seed):
-    """By frames under and after rising and falling loads, from an eighth of the largest on."""
+def test_weights_on_a_layer_with_complex_hysteresis(seed):
+    """Frames under and after rising and falling loads, from an eighth of the largest."""
     rng = np.random.default_rng(seed)
     up = [1e4, 2e4, 4e4, 8e4]
     pascal = np.repeat([*up, *up[::-1], 0.0, 0.0], 12)

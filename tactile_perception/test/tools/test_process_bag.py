@@ -14,7 +14,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode, type_hash
 from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.bags.replay import Replay
-from tactile_perception.errors import BadArgument
+from tactile_perception.core.errors import BadArgument
 from tactile_perception.tools import evaluate, process_bag as module
 
 RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench', 'points')
@@ -107,8 +107,8 @@ def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path
 
 def test_without_one_usable_frame_there_is_nothing(tmp_path, capsys):
     assert run(write_taxels(tmp_path / 'bad', change=lambda *_: b'none'), tmp_path / 'out') == module.FAILED
-    said = capsys.readouterr()
-    assert '30 of image_raw: 4 bytes are no' in said.out and said.err.endswith('process_bag: no result could be computed\n')
+    said = capsys.readouterr().err
+    assert '30 of image_raw: 4 bytes are no' in said and said.startswith('process_bag: no result could be computed\n')
 
 
 def test_a_bag_that_is_cut_off_is_done_as_far_as_it_goes(tmp_path, capsys):
@@ -194,20 +194,20 @@ def test_a_processed_bag_is_judged_by_the_truth_it_carries_as_if_computed_here(p
     assert module.main([str(pressed_bag), str(tmp_path / 'out'), '--params', f'{pressed_bag}.yaml']) == 0
     assert evaluate.main([str(tmp_path / 'out'), '--report', str(tmp_path / 'report')]) == 0
     out = capsys.readouterr().out
-    assert '14 instants compared' in out and 'place of the touch' in out and 'states.png' in out
+    assert '14 instants compared' in out and 'position of the contact' in out and 'states.png' in out
     report = json.loads((tmp_path / 'report/report.json').read_text())
     assert report['frames']['false'] == 0 and report['touches']['there'] == 1
-    assert report['errors']['place']['median'] < 0.4 and report['errors']['depth']['median'] < 0.3
+    assert report['errors']['position']['median'] < 0.4 and report['errors']['depth']['median'] < 0.3
     assert report['errors']['region_overlap']['median'] > 0.85 and report['dot_states']['f1']['untouched'] > 0.97
     assert sum(map(sum, report['dot_states']['counts'])) == 14 * 529
     assert report['times']['stages_ms'] == report['times']['latency_ms'] == {}
     assert {path.name for path in (tmp_path / 'report').iterdir()} == {
         'report.json', 'report.txt', 'errors_over_time.png', 'errors_over_surface.png', 'states.png'}
-    assert evaluate.main([str(pressed_bag), '--params', f'{pressed_bag}.yaml', '--report', str(tmp_path / 'anew')]) == 0
-    anew = json.loads((tmp_path / 'anew/report.json').read_text())
-    assert anew.pop('times')['stages_ms']['all']['median'] > 0
+    assert evaluate.main([str(pressed_bag), '--params', f'{pressed_bag}.yaml', '--report', str(tmp_path / 'again')]) == 0
+    again = json.loads((tmp_path / 'again/report.json').read_text())
+    assert again.pop('times')['stages_ms']['all']['median'] > 0
     report.pop('times')
-    assert anew == report
+    assert again == report
 
 
 @pytest.mark.parametrize('arguments, message', [

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of the pad's surface share: recordings with the truth of their dots."""
+"""Fixtures of the touchpad's tests: recordings with the true positions of their dots."""
 import json
 import os
 from pathlib import Path
@@ -18,7 +18,7 @@ from tactile_perception.touchpad.sensor import Touchpad
 
 
 class TouchpadRecording:
-    """Truth of one recording, and measurements made of it with known errors."""
+    """The ground truth of a recording, and simulated measurements with known errors."""
 
     def __init__(self, folder):
         description = json.loads((folder / 'sensor.json').read_text())
@@ -32,9 +32,9 @@ class TouchpadRecording:
 
     def measure(self, frame, rng, pixel=0.008, spread=18e-6, gain=0.0):
         """Unit rays (K, 3), ranges (K,) m with noise and an error that grows with the displacement, and the true ranges (K,)."""
-        origin, place = self.camera.centre, self.truth['dot_xyz'][frame].astype(float)
-        rays = self.camera.rays(self.truth['uv'][frame] - self.centring + rng.normal(size=(len(place), 2)) * pixel)
-        true = ((place - origin) * rays).sum(1)
+        origin, position = self.camera.centre, self.truth['dot_xyz'][frame].astype(float)
+        rays = self.camera.rays(self.truth['uv'][frame] - self.centring + rng.normal(size=(len(position), 2)) * pixel)
+        true = ((position - origin) * rays).sum(1)
         moved = true - np.linalg.norm(self.rest - origin, axis=1)
         return rays, true + gain * moved + rng.normal(size=len(true)) * spread, true
 
@@ -54,7 +54,7 @@ RATE, PRESSED_AT = 10.0, 2.8
 
 
 class Ball:
-    """rest: untouched images; untouched: their truth; pressed, truth: the ball's; sensor, camera, values: what perception is reported."""
+    """rest: untouched images; untouched: their truth; pressed, truth: of a ball; sensor, camera, values: as perception receives them."""
 
     def __init__(self):
         scene = open_scene('sphere_press', rate=RATE, seed=2)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration by sphere presses: what it gains over rest alone, data that it refuses, the radius of the sphere, and the file."""
+"""Calibration by sphere presses: its gain over the untouched pad alone, refused data, the radius of the sphere, and the file."""
 import json
 import os
 from pathlib import Path
@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import yaml
 
-from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.errors import BadCalibration
+from tactile_perception.core.calibration_file import write_calibration
+from tactile_perception.core.errors import BadCalibration
 from tactile_perception.touchpad.calibration import (
-    TOLERANCE,
+    RADIUS_TOLERANCE,
     Press,
     TouchpadCalibration,
     dots_on_sphere,
@@ -28,7 +28,7 @@ from tactile_perception.touchpad.identification import fit_rest
 from tactile_perception.touchpad.water import LightPath, WaterModel
 
 RADIUS = 0.008
-PLACES = [(0.0, 0.0), (0.005, 0.001), (-0.004, 0.004)]
+POSITIONS = [(0.0, 0.0), (0.005, 0.001), (-0.004, 0.004)]
 DEPTHS = (0.0015, 0.0035)
 
 
@@ -39,9 +39,9 @@ def pad(water_pad):
 
 @pytest.fixture(scope='module')
 def recorded(pad):
-    """One untouched frame, then two depths at each of three places."""
+    """One untouched frame, then two depths at each of three positions."""
     presses = [Press(pad.image(), pad.tracks())]
-    for x, y in PLACES:
+    for x, y in POSITIONS:
         for depth in DEPTHS:
             tip = pad.tip(x, y, depth)
             presses.append(Press(pad.image(tip), pad.tracks(), tip, depth))
@@ -49,7 +49,7 @@ def recorded(pad):
 
 
 @pytest.mark.full
-def test_presses_find_the_water_that_rest_alone_leaves_open(pad, recorded):
+def test_presses_determine_the_absorption_better_than_the_untouched_pad(pad, recorded):
     result = fit_touchpad(recorded, pad.camera, RADIUS)
     true = pad.absorption[:2] - pad.absorption[2]
     assert result.model.absorptions == pytest.approx(true, rel=0.025)
@@ -64,7 +64,7 @@ def test_presses_find_the_water_that_rest_alone_leaves_open(pad, recorded):
     assert np.sqrt(np.mean((ranges - pad.ranges(tip))[flat]**2)) < 6e-5
 
 
-def test_bad_presses_are_left_out_and_said(pad, recorded):
+def test_bad_presses_are_left_out_and_reported(pad, recorded):
     presses = list(recorded)
     presses += [Press(pad.image(), pad.tracks(), pad.tip(0, 0, 0.0001), 0.0001, name='touch'),
                 Press(np.zeros_like(presses[0].image), pad.tracks(), pad.tip(0, 0, 0.002), 0.002, name='dark')]
@@ -79,8 +79,8 @@ def test_bad_presses_are_left_out_and_said(pad, recorded):
     (lambda p: p[1:], 'no untouched frame'),
     (lambda p: p[:3], '2 usable presses'),
     (lambda p: p[:1] + p[1::2], 'depths span 0.00 mm'),
-    (lambda p: p[:3] + p[1:3], 'lie within 0.00 mm of one place')])
-def test_data_that_cannot_tell_are_refused(pad, recorded, pick, complaint):
+    (lambda p: p[:3] + p[1:3], 'lie within 0.00 mm of one position')])
+def test_data_that_do_not_determine_the_model_are_refused(pad, recorded, pick, complaint):
     with pytest.raises(BadCalibration, match=complaint):
         fit_touchpad(pick(recorded), pad.camera, RADIUS)
 
@@ -108,7 +108,7 @@ def tracks_of(truth, frame, rest_uv):
 
 
 @pytest.mark.full
-def test_recordings_calibrated_by_their_presses_and_judged_on_other_scenes():
+def test_a_calibration_from_recorded_presses_is_accurate_on_other_scenes():
     camera, truth, images = recording('tp_calib')
     rest_uv = camera.project(truth['dot_rest_xyz'].astype(float))
     presses = [Press(images[k], tracks_of(truth, k, rest_uv), truth['obj_p'][k].astype(float), float(truth['depth'][k]))
@@ -129,12 +129,12 @@ def test_recordings_calibrated_by_their_presses_and_judged_on_other_scenes():
 
 
 @pytest.mark.parametrize('radius', [3e-3, 5e-3, 8e-3, 12e-3, 24e-3])
-def test_the_least_misfit_is_found(radius):
+def test_the_radius_of_minimum_misfit_is_found(radius):
     found = find_sphere_radius(lambda r: 1e-5 + 1e-4 * abs(np.log(r / radius)))
-    assert found == pytest.approx(radius, rel=2 * TOLERANCE)
+    assert found == pytest.approx(radius, rel=2 * RADIUS_TOLERANCE)
 
 
-def test_radii_that_cannot_be_fitted_are_passed_over():
+def test_radii_that_cannot_be_fitted_are_skipped():
     def misfit(radius):
         if radius < 5e-3:
             raise BadCalibration('no dot lies on the sphere')
@@ -143,24 +143,24 @@ def test_radii_that_cannot_be_fitted_are_passed_over():
 
 
 @pytest.mark.parametrize('misfit', [lambda r: r, lambda r: 1e-3 / r, lambda r: 1e-4 + 0 * r])
-def test_no_least_misfit_within_bounds_is_said(misfit):
+def test_a_missing_minimum_within_the_bounds_is_an_error(misfit):
     with pytest.raises(BadCalibration, match='--sphere-radius'):
         find_sphere_radius(misfit)
 
 
 @pytest.mark.full
-def test_dots_on_the_sphere_are_truly_there(water_pad):
+def test_selected_dots_lie_on_the_sphere(water_pad):
     pad = water_pad()
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
     tip = pad.tip(0.002, 0.001, 0.003)
     group = dots_on_sphere(Press(pad.image(tip), pad.tracks(), tip, 0.003), 0.008, model, pad.camera)
     assert 6 <= len(group.count) <= 20
-    away = np.linalg.norm(group.colours.places - tip - [0, 0, 0.008], axis=1)
+    away = np.linalg.norm(group.colours.positions - tip - [0, 0, 0.008], axis=1)
     assert away == pytest.approx(np.full(len(away), 0.008), abs=6e-5)
 
 
 @pytest.mark.full
-def test_a_sphere_outside_of_the_pad_holds_no_dot(water_pad):
+def test_no_dot_lies_on_a_sphere_outside_the_pad(water_pad):
     pad = water_pad()
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
     press = Press(pad.image(), pad.tracks(), pad.tip(0, 0, -0.004), 0.001)
@@ -185,7 +185,7 @@ def path(tmp_path, model):
     return tmp_path / 'pad.yaml'
 
 
-def test_the_same_model_comes_back(path, model):
+def test_a_written_model_is_read_back_unchanged(path, model):
     found = read_touchpad(path, CAMERA, SIZE)
     for name in ('constants', 'absorptions', 'noise', 'ring', 'scale_sigma'):
         assert np.array_equal(getattr(found, name), getattr(model, name)), name
@@ -195,8 +195,8 @@ def test_the_same_model_comes_back(path, model):
 @pytest.mark.parametrize('key, value, complaint', [
     ('absorptions', [0.0, 28.0], 'absorptions is .* must be positive'), ('ring', 0, 'ring is 0.0, must be positive'),
     ('ring', 1.0, 'ring of 2 px'), ('height', -1.0, 'height'), ('constants', [1.0], r'shape \(1,\)'),
-    ('noise', [[1.0, 2.0], [2.0, 1.0]], 'no covariance'), ('window_z', float('nan'), 'not a finite number'), ('lamp_z', None, 'lamp_z')])
-def test_impossible_and_missing_numbers_are_named(path, key, value, complaint):
+    ('noise', [[1.0, 2.0], [2.0, 1.0]], 'not a covariance'), ('window_z', float('nan'), 'not a finite number'), ('lamp_z', None, 'lamp_z')])
+def test_impossible_and_missing_numbers_are_refused_by_name(path, key, value, complaint):
     page = yaml.safe_load(path.read_text())
     page['fitted'][key] = value
     if value is None:

@@ -1,22 +1,22 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A touchpad's contacts from the places of its dots, and their regions."""
+"""A touchpad's contacts from the positions of its dots, and their regions."""
 import dataclasses
 
 import numpy as np
 import pytest
 
-from tactile_perception.calibration.files.format import CalibrationFile
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
 from tactile_perception.common.surface_points import UNKNOWN
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.core.calibration_file import CalibrationFile
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.estimator import ContactEstimator
 from tactile_perception.touchpad.region import ContactDots, ContactFinder, describe, find_regions
 
 
 def tracks_of(ball, truth, keep=slice(None)):
-    """The scene's own dots as a tracker with no error would give them."""
+    """The true dots of a scene, as an error-free tracker would report them."""
     id = truth.dot_id[keep]
     count = len(id)
     moved = truth.dot_uv - ball.untouched.dot_uv
@@ -31,7 +31,7 @@ def pressed(ball, **changes):
     return stage, stage.process(tracks_of(ball, ball.truth), 1.2)
 
 
-def test_a_ball_is_one_contact_where_it_is(ball):
+def test_a_ball_is_one_contact_at_its_true_position(ball):
     _, result = pressed(ball)
     true = ball.truth.contacts[0]
     assert len(result.contacts) == 1
@@ -44,7 +44,7 @@ def test_a_ball_is_one_contact_where_it_is(ball):
     assert 2 * len(there & touched) / (len(there) + len(touched)) > 0.9
 
 
-def test_nothing_touches_nothing_is_found(ball):
+def test_no_contact_is_found_on_an_untouched_pad(ball):
     stage, _ = pressed(ball)
     result = stage.process(tracks_of(ball, ball.untouched), 1.3)
     assert result.contacts == [] and result.region.area == 0 and not result.region.dot_state.any()
@@ -52,7 +52,7 @@ def test_nothing_touches_nothing_is_found(ball):
     assert not result.wrench.any()
 
 
-def test_dots_without_places_are_left_out(ball):
+def test_dots_without_positions_are_left_out(ball):
     stage, _ = pressed(ball)
     tracks = tracks_of(ball, ball.truth)
     tracks.xyz[::20] = np.nan
@@ -61,13 +61,13 @@ def test_dots_without_places_are_left_out(ball):
     assert result.contacts[0].depth == pytest.approx(ball.truth.contacts[0].depth, abs=0.2e-3)
 
 
-def test_no_dots_at_all(ball):
+def test_a_frame_without_dots_is_an_empty_result(ball):
     stage, _ = pressed(ball)
     result = stage.process(tracks_of(ball, ball.truth, slice(0, 0)), 1.3)
     assert result.contacts == [] and result.region.area == 0 and len(result.region.dot_id) == 0
 
 
-def test_what_cannot_be_used_is_refused(ball):
+def test_unusable_frames_are_refused(ball):
     stage, _ = pressed(ball)
     tracks = tracks_of(ball, ball.truth)
     with pytest.raises(BadFrame, match='5 x 23 grid'):
@@ -84,7 +84,7 @@ def test_a_press_beyond_the_calibrated_range_is_flagged(ball):
         assert stage.process(tracks_of(ball, ball.truth), 1.1).contacts[0].flags & OUT_OF_RANGE == flag
 
 
-def test_a_reference_taken_under_a_press_makes_no_numbers(ball):
+def test_after_a_reference_under_a_press_depth_and_force_are_unknown(ball):
     stage = ContactEstimator(ball.sensor, ball.camera, ball.values)
     at_press, released = tracks_of(ball, ball.truth), tracks_of(ball, ball.untouched)
     at_press.duv, released.duv = np.zeros_like(at_press.duv), ball.untouched.dot_uv - ball.truth.dot_uv
@@ -99,14 +99,14 @@ def test_a_reference_taken_under_a_press_makes_no_numbers(ball):
 
 
 def along_the_ray(ball, contact):
-    """Standard deviation, m, of a contact's place along the ray that sees it."""
+    """Standard deviation, m, of a contact's position along the ray that sees it."""
     ray = contact.position - ball.camera.centre
     ray /= np.linalg.norm(ray)
     return np.sqrt(ray @ contact.position_covariance @ ray)
 
 
-def test_covariance_holds_what_all_ranges_are_wrong_by(ball):
-    """0.15 mm from the rest shape alone; calibrated, what places that were left out were wrong by."""
+def test_the_covariance_includes_the_common_range_error(ball):
+    """It is 0.15 mm without a calibration, and the cross-validation error with one."""
     assert along_the_ray(ball, pressed(ball)[1].contacts[0]) == pytest.approx(0.15e-3, rel=0.1)
     span = {'depth': [0.0, 1.0], 'x': [-1.0, 1.0], 'y': [-1.0, 1.0]}
     for known, expected in ((0.05e-3, 0.05e-3), (np.nan, 0.15e-3)):
@@ -117,7 +117,7 @@ def test_covariance_holds_what_all_ranges_are_wrong_by(ball):
         assert along_the_ray(ball, stage.process(tracks_of(ball, ball.truth), 1.2).contacts[0]) == pytest.approx(expected, rel=0.3)
 
 
-def test_points_are_the_dots_and_their_forces_the_wrench(ball):
+def test_surface_points_are_the_dots_and_their_forces_sum_to_the_wrench(ball):
     _, result = pressed(ball)
     points, truth = result.points(), ball.truth
     assert points.shape == (23, 23) and points.xyz == pytest.approx(truth.dot_xyz, abs=1e-12)
@@ -129,7 +129,7 @@ def test_points_are_the_dots_and_their_forces_the_wrench(ball):
     assert far.any() and not points.force[far].any() and points.normal_force.max() > 0
 
 
-def test_points_are_displaced_by_what_they_moved_and_point_outwards(ball):
+def test_surface_points_have_true_displacements_and_outward_normals(ball):
     _, result = pressed(ball)
     points, inner = result.points(), np.pad(np.ones((21, 21), bool), 1).ravel()
     moved = ball.truth.dot_xyz - ball.untouched.dot_xyz
@@ -137,7 +137,7 @@ def test_points_are_displaced_by_what_they_moved_and_point_outwards(ball):
     assert np.linalg.norm(points.normal, axis=1) == pytest.approx(np.ones(529)) and (points.normal[inner, 2] > 0.3).all()
 
 
-def test_a_dot_that_is_not_seen_is_where_the_membrane_has_it(ball):
+def test_an_unseen_dot_is_interpolated_by_the_membrane(ball):
     stage, whole = pressed(ball)
     keep = np.arange(529) % 50 != 7
     result = stage.process(tracks_of(ball, ball.truth, keep), 1.3)
@@ -162,7 +162,7 @@ def block(pad, angle, length=12e-3, width=7e-3):
     return pad.pressed(distance, np.full(len(x), 10e-3))
 
 
-def test_nothing_touches(pad):
+def test_without_contact_no_dot_is_classified_as_touching(pad):
     dots = pad.disc(radius=-1e-2)
     assert find_regions(dots) == []
     estimate = describe(dots, [])
@@ -190,7 +190,7 @@ def test_disc_is_described(pad):
 
 
 @pytest.mark.parametrize('degrees', [-80, -45, 0, 10, 45, 90])
-def test_block_has_its_direction(pad, degrees):
+def test_a_block_has_an_orientation(pad, degrees):
     dots = block(pad, np.radians(degrees))
     estimate = describe(dots, find_regions(dots))
     assert -np.pi / 2 < estimate.orientation <= np.pi / 2
@@ -200,7 +200,7 @@ def test_block_has_its_direction(pad, degrees):
     assert estimate.major_axis / estimate.minor_axis == pytest.approx(12 / 7, rel=0.06)
 
 
-def test_ring_has_a_hole_and_no_direction(pad):
+def test_a_ring_has_a_hole_and_no_orientation(pad):
     dots = pad.ring()
     region, = find_regions(dots)
     estimate = describe(dots, [region])
@@ -210,7 +210,7 @@ def test_ring_has_a_hole_and_no_direction(pad):
     np.testing.assert_array_equal(region.members, dots.score > 0.5)
 
 
-def test_refuses_what_is_not_finite(pad):
+def test_numbers_that_are_not_finite_are_refused(pad):
     dots = pad.disc()
     for name in ('xyz', 'score'):
         values = {key: getattr(dots, key).copy() for key in ('xyz', 'score')}
@@ -221,8 +221,8 @@ def test_refuses_what_is_not_finite(pad):
         find_regions(ContactDots(5, 5, dots.ids, dots.xyz, dots.score, dots.state))
 
 
-def test_two_dots_that_nearly_touch_are_no_region_between_them(pad):
-    """Two neighbours brought down to half a score: the cubic between them is over it, beside a region there is."""
+def test_two_dots_just_below_the_threshold_make_no_region_between_them(pad):
+    """The interpolated score exceeds the threshold between two neighbours just below it, beside a real region."""
     dots = pad.disc(radius=3e-3)
     dots.score[[14 * 23 + 13, 14 * 23 + 14]] = 0.5
     assert len(find_regions(dots)) == 1
@@ -243,23 +243,23 @@ class Finder(ContactFinder):
         return self.process(dots, find_regions(dots), self.stamp_s)
 
 
-def test_a_fast_drag_keeps_the_number(pad):
+def test_a_fast_drag_keeps_its_id(pad):
     finder = Finder(pad.cap)
     assert [finder.see(discs(pad, (x, 0)))[0].id for x in (0, 4.5e-3, 0)] == [1, 1, 1]
 
 
-def test_two_touches_keep_theirs_when_one_goes(pad):
+def test_a_contact_keeps_its_id_when_another_one_ends(pad):
     finder, both = Finder(pad.cap), discs(pad, (-5e-3, 0), (5e-3, 0))
     first = finder.see(discs(pad, (-5e-3, 0)))[0].id
-    places = {contact.id: contact.position[0] for contact in finder.see(both)}
-    assert places[first] == pytest.approx(-5e-3, abs=0.1e-3)
+    positions = {contact.id: contact.position[0] for contact in finder.see(both)}
+    assert positions[first] == pytest.approx(-5e-3, abs=0.1e-3)
     for lost in (1, 5):
         for _ in range(lost):
-            assert finder.see(discs(pad, (5e-3, 0)))[0].id in set(places) - {first}
+            assert finder.see(discs(pad, (5e-3, 0)))[0].id in set(positions) - {first}
         assert (first in [contact.id for contact in finder.see(both)]) == (lost == 1)
 
 
-def test_two_joined_discs_are_ambiguous_and_one_or_a_ring_is_not(pad):
+def test_two_joined_discs_are_ambiguous_but_a_disc_and_a_ring_are_not(pad):
     assert Finder(pad.cap).see(discs(pad, (-3.6e-3, 0), (3.6e-3, 0), radius=3.7e-3))[0].flags == AMBIGUOUS
     assert Finder(pad.cap).see(pad.disc())[0].flags == 0
     assert Finder(pad.cap).see(pad.ring())[0].flags == 0

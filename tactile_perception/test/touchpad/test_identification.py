@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The water from the untouched pad: three pads of different water, window and lamps."""
+"""Identification of the water from the untouched pad, on three pads of different water, window and lamps."""
 import numpy as np
 import pytest
 
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.identification import as_ring_colours, fit_rest, rest_colours, update_constants
-from tactile_perception.touchpad.water import RING, WIDE
+from tactile_perception.touchpad.water import RING_SHARE, WIDE_RING_SHARE
 
 pytestmark = pytest.mark.full  # each takes seconds of a core
 
@@ -14,7 +14,7 @@ PADS = [{}, {'window': -0.004, 'lamp_radius': 0.020, 'absorption': (30, 24, 2)},
 
 
 @pytest.mark.parametrize('design', PADS)
-def test_the_untouched_pad_tells_how_fast_its_water_absorbs(water_pad, design):
+def test_the_untouched_pad_determines_the_absorption(water_pad, design):
     pad = water_pad(**design)
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
     true = pad.absorption[:2] - pad.absorption[2]
@@ -33,7 +33,7 @@ def test_constants_follow_a_drift_of_the_white_balance(water_pad):
     assert np.sqrt(np.nanmean((ranges - pad.ranges())**2)) < 4e-5
 
 
-def test_a_calibrated_model_takes_the_noise_of_the_images_at_hand(water_pad):
+def test_a_calibrated_model_adopts_the_noise_of_the_current_images(water_pad):
     pad = water_pad(noise=1.0)
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
     pad.noise = 5.0
@@ -45,7 +45,7 @@ def test_a_calibrated_model_takes_the_noise_of_the_images_at_hand(water_pad):
 
 def test_water_without_colour_is_refused(water_pad):
     pad = water_pad(absorption=(5.0, 5.0, 30.0), gain=(200, 200, 700))
-    with pytest.raises(BadArgument, match='leaves no colour'):
+    with pytest.raises(BadArgument, match='causes no colour'):
         fit_rest(pad.image(), pad.rest_uv, pad.camera)
 
 
@@ -55,11 +55,11 @@ def test_black_frames_are_refused(water_pad):
         fit_rest(np.zeros_like(pad.image()), pad.rest_uv, pad.camera)
 
 
-def test_where_colour_bleeds_the_rings_are_believed_and_not_the_ground(water_pad, stored_420):
+def test_where_colour_bleeds_the_rings_are_used_instead_of_the_background(water_pad, stored_420):
     pad = water_pad()
     image = stored_420(pad.image())
     model = fit_rest(image, pad.rest_uv, pad.camera)
-    assert model.ring_share == WIDE
+    assert model.ring_share == WIDE_RING_SHARE
     assert np.sqrt(np.nanmean((model.depths(image, pad.tracks(), pad.camera)[0] - pad.ranges())**2)) < 1e-4
     ground = rest_colours(image, pad.camera, model.cap, model.ring, np.eye(2) * 1e-4)
     shifted = as_ring_colours(ground, model, pad.camera.centre)
@@ -70,8 +70,9 @@ def test_where_colour_bleeds_the_rings_are_believed_and_not_the_ground(water_pad
 def test_a_calibrated_model_widens_its_ring_where_colour_bleeds(water_pad, stored_420):
     pad = water_pad()
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
-    assert model.ring_share == RING
+    assert model.ring_share == RING_SHARE
     followed = update_constants(model, stored_420(pad.image()), pad.rest_uv, pad.camera)
-    assert followed.ring_share == pytest.approx(WIDE) and followed.ring == pytest.approx(model.ring * WIDE / RING)
+    assert followed.ring_share == pytest.approx(WIDE_RING_SHARE)
+    assert followed.ring == pytest.approx(model.ring * WIDE_RING_SHARE / RING_SHARE)
     again = update_constants(followed, pad.image(), pad.rest_uv, pad.camera)
     assert again.ring == followed.ring

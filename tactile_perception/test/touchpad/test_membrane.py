@@ -1,13 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The membrane: its forces against its energy, its solution on noise, presses, gaps and spoiled ranges, and the loads."""
+"""The membrane: its forces against its energy; its solution with noise, presses, gaps and outliers; and the loads."""
 import copy
 
 import numpy as np
 import pytest
 
 from tactile_perception.common.geometry import Cap
-from tactile_perception.errors import BadArgument
+from tactile_perception.core.errors import BadArgument
 from tactile_perception.touchpad.membrane import Membrane, MembraneMaterial
 
 ROWS, COLUMNS, STIFFNESS, SHARE, PRESSURE = 9, 8, 90.0, 0.8, 2000.0
@@ -31,11 +31,11 @@ def test_an_inflated_sphere_is_in_balance_at_the_pressure_of_a_neo_hookean_ballo
     assert load.max() < 0.02 and pressure > 4000
 
 
-def test_what_no_membrane_can_be_is_refused():
+def test_impossible_materials_are_refused():
     rest = _rest()[0]
     with pytest.raises(BadArgument, match='shear_stiffness'):
         MembraneMaterial(shear_stiffness=15.0, rest_pressure=2000.0, rest_curvature_radius=0.02)
-    MembraneMaterial(26.92788647100231, 2692.788647100231, 0.02)  # p R / 2 is the stiffness, but for its last digit
+    MembraneMaterial(26.92788647100231, 2692.788647100231, 0.02)  # p R / 2 equals the stiffness except for the last digit
     with pytest.raises(BadArgument, match='rows and columns'):
         Membrane(rest, 100, 100, ORIGIN)
     rest[::2], rest[1::4] = np.nan, np.nan
@@ -66,14 +66,14 @@ def loads(membrane, state):
     return membrane.core.loads(np.arange(len(state.xyz)), state.xyz).load
 
 
-def test_rest_places_that_the_reference_lacks_are_filled_in():
+def test_missing_reference_positions_are_interpolated():
     rest = _rest()[0]
     holed = rest.copy()
     holed[[30, 31, 100]] = np.nan
     np.testing.assert_allclose(Membrane(holed, 15, 17, ORIGIN).core.rest, rest, atol=5e-5)
 
 
-def test_an_untouched_membrane_takes_the_noise_off_the_ranges_and_carries_nothing(still):
+def test_an_untouched_membrane_smooths_the_ranges_and_carries_no_load(still):
     membrane, rays, ranges = still
     rng, inner = np.random.default_rng(0), np.zeros((15, 17), bool)
     inner[1:-1, 1:-1] = True
@@ -85,7 +85,7 @@ def test_an_untouched_membrane_takes_the_noise_off_the_ranges_and_carries_nothin
         assert not (state.touched > 0.5).any()
 
 
-def test_a_membrane_with_other_rest_places_is_at_rest_there(still):
+def test_a_membrane_with_new_reference_positions_is_in_balance_there(still):
     membrane, rays, ranges = still
     solve(membrane, rays, ranges)
     turned = rays + [2e-4, 0, 0]
@@ -96,7 +96,7 @@ def test_a_membrane_with_other_rest_places_is_at_rest_there(still):
     np.testing.assert_allclose(loads(membrane, state), 0, atol=1e-6)
 
 
-def test_a_range_that_glare_has_spoiled_is_not_believed_and_an_edge_is(still):
+def test_a_range_outlier_is_rejected_and_an_edge_is_kept(still):
     membrane, rays, ranges = still
     noisy = ranges + np.random.default_rng(1).normal(size=255) * 10e-6
     noisy[100] += 0.5e-3
@@ -107,7 +107,7 @@ def test_a_range_that_glare_has_spoiled_is_not_believed_and_an_edge_is(still):
     assert np.median((ranges - solve(membrane, rays, edge).ranges)[edge < ranges]) > 0.25e-3
 
 
-def test_unknown_ranges_unseen_dots_and_empty_frames_leave_finite_numbers(still):
+def test_unknown_ranges_unseen_dots_and_empty_frames_give_finite_results(still):
     membrane, rays, ranges = still
     ids = np.arange(0, 255, 2)
     spoiled = ranges[ids].copy()
@@ -118,7 +118,7 @@ def test_unknown_ranges_unseen_dots_and_empty_frames_leave_finite_numbers(still)
     assert np.isfinite(empty.xyz).all() and not empty.seen.any()
 
 
-def test_dots_not_seen_move_as_their_neighbours(still):
+def test_unseen_dots_move_with_their_neighbours(still):
     membrane, rays, ranges = still
     ids = np.setdiff1d(np.arange(255), [120, 121])
     turned = rays + [0.01, 0, 0]
@@ -129,7 +129,7 @@ def test_dots_not_seen_move_as_their_neighbours(still):
     np.testing.assert_allclose(away / np.linalg.norm(away, axis=1, keepdims=True), turned[[120, 121]], atol=1e-4)
 
 
-def test_a_copy_goes_its_own_way_and_a_refused_frame_changes_nothing(still):
+def test_copies_are_independent_and_a_refused_frame_changes_nothing(still):
     membrane, rays, ranges = still
     solve(membrane, rays, ranges)
     other = copy.deepcopy(membrane.core)
@@ -157,7 +157,7 @@ def _force(membrane, state):
 
 
 @pytest.mark.parametrize('name, frame, force_error', [('tp_rect_drag', 15, 0.10), ('tp_ring_press', 16, 0.06), ('tp_disc_twist', 20, 0.06)])
-def test_places_pressure_and_force_of_a_pressed_pad(touchpad, name, frame, force_error):
+def test_positions_pressure_and_force_of_a_pressed_pad(touchpad, name, frame, force_error):
     pad = touchpad(name)
     membrane, state = _follow(pad, range(1, frame + 1), gain=0.01)
     truth = pad.truth
@@ -166,20 +166,20 @@ def test_places_pressure_and_force_of_a_pressed_pad(touchpad, name, frame, force
     assert np.linalg.norm(_force(membrane, state) - truth['force'][frame]) < force_error * np.linalg.norm(truth['force'][frame])
 
 
-def test_a_jump_of_the_surface_is_followed_within_one_frame(touchpad):
+def test_a_jump_of_the_surface_is_tracked_within_one_frame(touchpad):
     pad = touchpad('tp_calib')
     expected = pad.truth['force'][10]
     assert np.linalg.norm(_force(*_follow(pad, [6, 7, 10])) - expected) < 0.15 * np.linalg.norm(expected)
 
 
 @pytest.mark.parametrize('name, gain', [('tp_disc_twist', 0.06), ('tp_rect_drag', -0.04), ('tp_rect_drag', 0.0)])
-def test_a_common_scale_error_is_found_from_what_is_out_of_balance(touchpad, name, gain):
+def test_a_common_scale_error_is_found_from_the_imbalance_of_forces(touchpad, name, gain):
     frames = [1, 3, 5, 7, *range(8, 31), *range(9, 31)]
     membrane, _ = _follow(touchpad(name), frames, 3, scale_sigma=0.05, spread=28e-6, gain=gain)
     assert membrane.core.scale * (1 + gain) == pytest.approx(1, abs=0.022)
 
 
-def test_a_known_scale_and_an_untouched_pad_teach_nothing(touchpad):
+def test_the_scale_stays_where_it_is_known_or_the_pad_is_untouched(touchpad):
     pad = touchpad('tp_rect_drag')
     assert _follow(pad, range(3, 13), 3, scale_sigma=0.0, gain=0.05)[0].core.scale == 1
     assert _follow(pad, [0, 1] * 6, 3, scale_sigma=0.05, gain=0.05)[0].core.scale == 1

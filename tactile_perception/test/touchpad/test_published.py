@@ -9,7 +9,7 @@ from tactile_perception.touchpad.pose import ObjectPose, fit_rigid
 
 
 def press(region, pad, frames, radius=6e-3):
-    """A flat disc moved by 0.3 mm a frame into the pad: the dots it reaches go with it."""
+    """A flat disc that moves into the pad by 0.3 mm a frame, with the dots that it reaches."""
     for k in range(frames):
         height = pad.cap.height - 0.3e-3 * k
         dots = pad.disc(radius=min(radius, np.sqrt(max(0.02**2 - (height - pad.cap.centre_z)**2, 1e-12))), height=height)
@@ -26,7 +26,7 @@ def test_finds_a_pressed_disc_and_its_motion(pad):
     np.testing.assert_allclose(states.motion.rotation @ middle + states.motion.translation - middle, [0, 0, -1.2e-3], atol=1e-6)
 
 
-def test_states_stay_while_held_and_go_when_released(pad):
+def test_states_persist_while_held_and_end_on_release(pad):
     region = PaperRegion(23, 23)
     dots, last = press(region, pad, 12)
     for k in range(12, 40):
@@ -35,7 +35,7 @@ def test_states_stay_while_held_and_go_when_released(pad):
     assert not region.process(pad.ids, pad.rest, pad.rest, 30.0).state.any()
 
 
-def test_equation_7_holds_for_a_turning_object(pad):
+def test_equation_7_holds_for_a_rotating_object(pad):
     region = PaperRegion(23, 23)
     dots = pad.disc(height=10.5e-3)
     region.process(pad.ids, pad.rest, pad.rest, 0.0)
@@ -48,7 +48,7 @@ def test_equation_7_holds_for_a_turning_object(pad):
     np.testing.assert_allclose(states.motion.rotation, rotation_matrix([0, 0, 0.3]), atol=1e-9)
 
 
-def test_dots_that_slide_along_the_surface_are_reported_apart(pad):
+def test_dots_that_slide_along_the_surface_are_separated(pad):
     region = PaperRegion(23, 23)
     dots, _ = press(region, pad, 12)
     touched = dots.score > 0.5
@@ -87,7 +87,7 @@ def test_recordings_with_noise_of_20_um(recording, name, least):
 
 
 @pytest.mark.parametrize('angle', [0.0, 1e-9, 1e-4, 0.3, 3.0])
-def test_a_motion_is_found_and_none_where_points_leave_it_open(angle):
+def test_a_motion_is_found_unless_the_points_do_not_determine_it(angle):
     turn, p = rotation_matrix(angle * np.array([2, -1, 2]) / 3), np.random.default_rng(0).uniform(-4e-3, 4e-3, (40, 3))
     fit = fit_rigid(p, p @ turn.T + [1e-3, 0, -2e-3])
     np.testing.assert_allclose(fit.rotation, turn, atol=1e-12)
@@ -96,7 +96,7 @@ def test_a_motion_is_found_and_none_where_points_leave_it_open(angle):
         assert fit_rigid(open_ones, open_ones) is None and fit_rigid(p[:len(open_ones)], open_ones) is None
 
 
-def test_the_pose_is_the_motions_one_after_the_other():
+def test_the_pose_accumulates_the_motions():
     def step(turn):
         points = np.array([[0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0]])
         c, s = np.cos(turn), np.sin(turn)
@@ -107,7 +107,9 @@ def test_the_pose_is_the_motions_one_after_the_other():
         found = pose.process(True, step(0.1), 0.1, 1.0 + 0.1 * k)
     assert np.arctan2(found[0][1, 0], found[0][0, 0]) == pytest.approx(0.3) and found[1][0] > 2.9e-4
     assert pose.process(True, None, np.nan, 1.4) is None
-    assert pose.process(True, step(0.1), 0.1, 1.5) is None  # from where the pose is not known
+    assert pose.process(True, step(0.1), 0.1, 1.5) is None  # the pose at its start is unknown
     assert pose.process(True, step(0.0), 0.3, 1.6) is not None
     assert pose.process(False, None, np.nan, 1.7) is None
     assert np.array_equal(pose.process(True, None, np.nan, 1.8)[0], np.eye(3))
+    assert pose.process(True, None, np.nan, 1.9) is not None, 'too few dots touch at first'
+    assert pose.process(True, step(0.1), 0.1, 2.0)[1][0] == pytest.approx(1e-4)

@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Slip: of dots, and of the object."""
+"""Slip of dots and of the object."""
 import numpy as np
 import pytest
 
-from tactile_perception._core import DotLoads, StickSlip
+from tactile_perception._core.touchpad import DotLoads, StickSlip
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.region import ContactDots, ContactFinder, describe, find_regions
 from tactile_perception.touchpad.slip import SlipEstimator, slip_confidence
 
@@ -47,14 +47,14 @@ class Face:
         return DotLoads(seen, np.ones(count, bool), np.tile([0, 0, 1.0], (count, 1)), force, self.score)
 
 
-def test_the_noise_is_learnt_while_nothing_touches():
+def test_the_noise_is_learnt_without_contact():
     face, states = Face(), Tracker()
     for _ in range(40):
         states.update(face.state([0, 0, 0], 0.0), np.zeros(SIDE**2))
     assert states.noise == pytest.approx(np.sqrt(2) * 1e-6, rel=0.3)
 
 
-def test_a_face_that_carries_all_dots_along_sticks_whatever_its_friction():
+def test_a_face_that_moves_all_dots_sticks_at_any_friction():
     face, states = Face(), Tracker()
     for frame in range(8):
         found = states.update(face.state([120e-6, 0, -200e-6], 0.1 * frame), face.score)
@@ -62,8 +62,8 @@ def test_a_face_that_carries_all_dots_along_sticks_whatever_its_friction():
 
 
 def _drag_until_it_slips(face, states, friction, speed=150e-6):
-    """Stick, carried along by speed, m a frame, then slip from one side inwards, dragged along unevenly, then all together; returns the
-    fraction found slipping in each frame."""
+    """Stick while moving at speed, m per frame, then slip from one side inwards, dragged unevenly, then all together; return the slipping
+    fraction of each frame."""
     fractions, column, uneven = [], np.arange(SIDE**2) % SIDE, np.random.default_rng(0).uniform(0.2, 1.8, SIDE**2)
     for frame in range(14):
         slipping = np.clip((frame - 5) / 4, 0, 1) * 7 > column - 3
@@ -74,7 +74,7 @@ def _drag_until_it_slips(face, states, friction, speed=150e-6):
     return fractions
 
 
-def test_gross_slip_is_reported_though_the_dots_hardly_move_any_more():
+def test_gross_slip_is_reported_although_the_dots_hardly_move():
     face, states = Face(), Tracker()
     fractions = _drag_until_it_slips(face, states, 0.6)
     assert max(fractions[:5]) < 0.05
@@ -84,7 +84,7 @@ def test_gross_slip_is_reported_though_the_dots_hardly_move_any_more():
 
 
 @pytest.mark.parametrize('speed', [100e-6, 150e-6])
-def test_an_object_that_stops_after_gross_slip_over_dots_that_hardly_moved_rests_within_a_tenth_of_a_second(speed):
+def test_an_object_that_stops_after_gross_slip_is_at_rest_within_a_tenth_of_a_second(speed):
     face, states = Face(), Tracker()
     assert _drag_until_it_slips(face, states, 0.6, speed)[-1] == 1
     for frame in range(1, 6):
@@ -92,7 +92,7 @@ def test_an_object_that_stops_after_gross_slip_over_dots_that_hardly_moved_rests
         assert frame < 3 or (found[face.inside] == STICKING).all()
 
 
-def test_whether_an_object_slides_on_over_dots_that_came_to_rest_by_themselves_is_not_known():
+def test_continued_sliding_over_dots_that_stopped_by_themselves_is_uncertain():
     face, states = Face(), Tracker()
     _drag_until_it_slips(face, states, 0.6)
     for frame in range(60):
@@ -102,7 +102,7 @@ def test_whether_an_object_slides_on_over_dots_that_came_to_rest_by_themselves_i
     assert 0.2 < slip_confidence(2, states.objects) < 0.7 and 0.2 < slip_confidence(0, states.objects) < 0.7
 
 
-def test_an_object_that_rested_after_gross_slip_and_gets_under_way_backwards_sticks():
+def test_an_object_that_starts_backwards_after_a_stop_sticks():
     face, states = Face(), Tracker()
     _drag_until_it_slips(face, states, 0.6)
     for step, ratio in ((0, 0.6), (0, 0.6), (0, 0.6), (-5e-6, 0.57), (-15e-6, 0.5), (-40e-6, 0.35), (-80e-6, 0.1)):
@@ -110,28 +110,28 @@ def test_an_object_that_rested_after_gross_slip_and_gets_under_way_backwards_sti
     assert np.mean(found[face.inside] == STICKING) > 0.95
 
 
-def test_way_in_gross_slip_is_that_of_the_last_motion_that_held_dots_for_a_second():
+def test_displacement_in_gross_slip_continues_the_last_motion_with_sticking_dots_for_a_second():
     face, states = Face(), Tracker()
     _drag_until_it_slips(face, states, 0.6)
     for frame in range(34):
         found = states.update(face.state([4e-6, 0, 0], 0.6), face.score)
-        ways = states.ways()
-        assert np.mean(found[face.inside] == SLIPPING) == 1 and np.isnan(ways[~face.inside]).all()
+        displacements = states.displacements()
+        assert np.mean(found[face.inside] == SLIPPING) == 1 and np.isnan(displacements[~face.inside]).all()
         if 4 < frame < 24:
-            np.testing.assert_allclose(ways[face.inside], np.tile([146e-6, 0], (49, 1)), atol=8e-6)
-    assert np.isnan(ways).all()
+            np.testing.assert_allclose(displacements[face.inside], np.tile([146e-6, 0], (49, 1)), atol=8e-6)
+    assert np.isnan(displacements).all()
 
 
 @pytest.mark.parametrize('step, known', [([150e-6, 0, 0], True), ([0, 0, -200e-6], True), ([0, 0, 200e-6], False)])
-def test_over_dots_that_stick_there_is_no_way_and_none_is_known_of_an_object_that_is_lifted(step, known):
+def test_displacement_over_sticking_dots_is_zero_and_unknown_for_a_lifted_object(step, known):
     face, states = Face(), Tracker()
     for _ in range(4):
         states.update(face.state(step, 0.1), face.score)
-    ways = states.ways()[face.inside]
-    assert (np.abs(ways) < 10e-6).all() if known else np.isnan(ways).all()
+    displacements = states.displacements()[face.inside]
+    assert (np.abs(displacements) < 10e-6).all() if known else np.isnan(displacements).all()
 
 
-def test_each_of_two_objects_has_a_motion_of_its_own():
+def test_two_objects_have_separate_motions():
     face, states = Face(), Tracker()
     row, column = np.divmod(np.arange(SIDE**2), SIDE)
     left, right = (column < 5) & (np.abs(row - 6) < 4), (column > 7) & (np.abs(row - 6) < 4)
@@ -143,7 +143,7 @@ def test_each_of_two_objects_has_a_motion_of_its_own():
         np.testing.assert_array_equal(found[face.inside], STICKING)
 
 
-def test_what_an_object_does_and_which_dots_slip_has_probabilities():
+def test_object_modes_and_slipping_dots_have_probabilities():
     face, states = Face(), Tracker()
     _drag_until_it_slips(face, states, 0.6)
     assert (states.slipping[face.inside] > 0.9).all() and np.isnan(states.slipping[~face.inside]).all()
@@ -159,10 +159,10 @@ class Chain:
     def __init__(self, pad):
         self.contacts, self.slip, self.stamp = ContactFinder(pad.cap), SlipEstimator(), 0.0
 
-    def process(self, dots, ways=(np.nan, np.nan)):
+    def process(self, dots, displacements=(np.nan, np.nan)):
         self.stamp += 1 / 30
         contacts = self.contacts.process(dots, find_regions(dots), self.stamp)
-        return self.slip.process(dots, contacts, np.broadcast_to(np.asarray(ways, float), (len(dots.ids), 2)), self.stamp)
+        return self.slip.process(dots, contacts, np.broadcast_to(np.asarray(displacements, float), (len(dots.ids), 2)), self.stamp)
 
 
 def with_slipping(dots, share):
@@ -177,7 +177,7 @@ def test_unknown_when_nothing_touches(pad):
     assert np.isnan(estimate.linear).all() and len(estimate.x) == len(estimate.vy) == 0
 
 
-def test_states_end_below_where_they_begin(pad):
+def test_states_have_hysteresis(pad):
     chain = Chain(pad)
     shares = [0.0, 0.04, 0.06, 0.04, 0.02, 0.88, 0.92, 0.88, 0.8, 0.0]
     states = [chain.process(with_slipping(pad.disc(radius=8e-3), share)).state for share in shares]
@@ -185,7 +185,7 @@ def test_states_end_below_where_they_begin(pad):
 
 
 @pytest.mark.parametrize('share, state', [(0.3, INCIPIENT), (1.0, GROSS)])
-def test_velocity_is_the_objects_way_over_the_dots_that_slip(pad, share, state):
+def test_the_velocity_is_the_displacement_over_slipping_dots_per_time(pad, share, state):
     chain = Chain(pad)
     chain.process(pad.disc(radius=6e-3))
     dots = with_slipping(pad.disc(radius=6e-3), share)
@@ -198,28 +198,28 @@ def test_velocity_is_the_objects_way_over_the_dots_that_slip(pad, share, state):
     assert unknown.state == state and np.isnan(unknown.linear).all() and np.isnan(unknown.vx).all()
 
 
-def test_a_turn_has_its_centre(pad):
+def test_a_rotation_has_its_centre(pad):
     chain, dots = Chain(pad), with_slipping(pad.disc(radius=5e-3), 1.0)
     arm = dots.xyz[:, :2] - [1e-3, -0.5e-3]
-    ways = 0.02 * np.column_stack([-arm[:, 1], arm[:, 0]])
-    assert np.isnan(chain.process(dots, ways).angular).all()  # how long the first frame took is not known
-    estimate = chain.process(dots, ways)
+    displacements = 0.02 * np.column_stack([-arm[:, 1], arm[:, 0]])
+    assert np.isnan(chain.process(dots, displacements).angular).all()  # the duration of the first frame is unknown
+    estimate = chain.process(dots, displacements)
     np.testing.assert_allclose(estimate.rotation_center[:2], [1e-3, -0.5e-3], atol=1e-6)
     assert estimate.state == GROSS and estimate.angular[2] == pytest.approx(0.6)
 
 
 def test_bad_frames_and_arguments(pad):
-    slip, dots, ways = SlipEstimator(), pad.disc(), np.zeros((529, 2))
-    slip.process(dots, [], ways, 1.0)
+    slip, dots, displacements = SlipEstimator(), pad.disc(), np.zeros((529, 2))
+    slip.process(dots, [], displacements, 1.0)
     for stamp in (1.0, 0.2, np.nan):
         with pytest.raises(BadFrame):
-            slip.process(dots, [], ways, stamp)
+            slip.process(dots, [], displacements, stamp)
     with pytest.raises(BadArgument):
-        slip.process(dots, [], ways[:3], 2.0)
+        slip.process(dots, [], displacements[:3], 2.0)
 
 
 @pytest.mark.full
-def test_whatever_dots_come_nothing_breaks(pad):
+def test_random_dots_give_valid_results(pad):
     chain, rng = Chain(pad), np.random.default_rng(0)
     for _ in range(150):
         keep = rng.permutation(529)[:rng.choice([0, 1, 2, 3, 5, 20, 400, 529])]

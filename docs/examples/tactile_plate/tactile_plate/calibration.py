@@ -5,9 +5,9 @@ import numpy as np
 
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_perception.bags.stamped import TRUTH, pairs_of
-from tactile_perception.calibration.files.format import CalibrationFile, Specimen, write_calibration
-from tactile_perception.errors import BadCalibration
-from tactile_perception.parameters.file import read_parameters
+from tactile_perception.core.calibration_file import CalibrationFile, Specimen, write_calibration
+from tactile_perception.core.errors import BadCalibration
+from tactile_perception.core.parameter_files import read_parameters
 
 from .stage import PARAMETERS
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The sensor type `plate`."""
-from tactile_perception.sensor_type import SensorType
+from tactile_perception.core.sensor_type import SensorType
 
 PLATE = SensorType(
     driver='taxel_array_node',

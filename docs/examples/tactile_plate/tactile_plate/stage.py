@@ -8,8 +8,8 @@ from tactile_driver.nodes.messages.conversions import point, vector
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.parameters.table import Parameter
 from tactile_msgs.msg import Contact, Contacts
-from tactile_perception.calibration.files.format import read_calibration
-from tactile_perception.stage import Input, Stage
+from tactile_perception.core.calibration_file import read_calibration
+from tactile_perception.core.stage import Input, Stage
 
 PARAMETERS = (
     Parameter('rows', int, 2, '', 'rows of load cells', 2, 2),

@@ -113,6 +113,11 @@ class GroundTruth:
         """The topics that have subscribers."""
         return [name for name, publisher in self._publishers.items() if publisher.get_subscription_count()]
 
+    @property
+    def subscribers(self) -> int:
+        """Number of subscriptions to the topics."""
+        return sum(publisher.get_subscription_count() for publisher in self._publishers.values())
+
     def publish_contacts(self, touches: list[Touch], header: Header) -> None:
         """Publish the touches at one instant, the only truth of a sensor without dots."""
         if 'contacts' in self.wanted:

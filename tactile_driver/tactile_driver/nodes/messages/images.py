@@ -36,21 +36,66 @@ _ENDS = {b'\x89PNG\r\n\x1a\n': b'IEND\xaeB`\x82', b'\xff\xd8\xff': b'\xff\xd9'} 
 
 
 def message_type(kind: type, topic: str) -> type:
-    """CompressedImage in label of Image for a topic named .../compressed, as image_transport names it; any other kind unchanged."""
+    """Type of the messages on a topic of images.
+
+    Parameters
+    ----------
+    kind : type
+        Type for an uncompressed topic.
+    topic : str
+        Name of the topic; one that ends in ``/compressed`` is of image_transport.
+
+    Returns
+    -------
+    type
+        CompressedImage in place of Image for a compressed topic; any other kind unchanged.
+    """
     return CompressedImage if kind is Image and topic.endswith(COMPRESSED) else kind
 
 
 def image_to_array(message: Image | CompressedImage, label: str = 'image') -> np.ndarray:
-    """(H, W, 3) uint8 BGR for a colour image, (H, W) uint8 for a grey one.
+    """Pixels of an image message with 8 bits.
 
-    label: names the image in error messages. Raises BadFrame for an encoding, a size or bytes that make no image.
+    Parameters
+    ----------
+    message : Image or CompressedImage
+        In one of the encodings PICTURES; JPEG or PNG if compressed.
+    label : str
+        Name of the image in error messages.
+
+    Returns
+    -------
+    ndarray of uint8, shape (H, W, 3) or (H, W)
+        BGR of a colour image, or grey.
+
+    Raises
+    ------
+    BadFrame
+        If encoding, size or bytes make no image.
     """
     pixels = _decompressed(message, label) if hasattr(message, 'format') else _decoded(message, label, PICTURES)
     return cv2.convertScaleAbs(pixels, alpha=_TO_8_BITS) if pixels.dtype == np.uint16 else pixels
 
 
 def grey_to_array(message: Image | CompressedImage, label: str = 'image') -> np.ndarray:
-    """(H, W) uint8 or uint16 of a grey image, all its bits. Raises BadFrame as image_to_array does, and for colour."""
+    """Pixels of a grey image message with all their bits.
+
+    Parameters
+    ----------
+    message : Image or CompressedImage
+        In one of the encodings GREY; JPEG or PNG if compressed.
+    label : str
+        Name of the image in error messages.
+
+    Returns
+    -------
+    ndarray of uint8 or uint16, shape (H, W)
+
+    Raises
+    ------
+    BadFrame
+        If encoding, size or bytes make no image, or it has colours.
+    """
     if not hasattr(message, 'format'):
         return _decoded(message, label, GREY)
     pixels = _decompressed(message, label)
@@ -60,7 +105,21 @@ def grey_to_array(message: Image | CompressedImage, label: str = 'image') -> np.
 
 
 def array_to_image(pixels: np.ndarray, encoding: str, header: Header) -> Image:
-    """An Image of pixels (H, W) or (H, W, channels) in an encoding of their type and channels."""
+    """Make an image message.
+
+    Parameters
+    ----------
+    pixels : ndarray, shape (H, W) or (H, W, channels)
+        Of the type and the channels of the encoding.
+    encoding : str
+        As in sensor_msgs/image_encodings.
+    header : Header
+        Header of the message.
+
+    Returns
+    -------
+    Image
+    """
     # One row by cv_bridge, all rows by frombytes: with 640 x 480 bgr8, PyPI's cv_bridge takes 1.6 ms for what takes 0.1 ms so.
     message = _BRIDGE.cv2_to_imgmsg(pixels[:1], encoding)
     message.header, message.height, message.data = header, len(pixels), array('B')

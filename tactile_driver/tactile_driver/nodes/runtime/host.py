@@ -203,6 +203,11 @@ class Host:
         """Whether other nodes are in the process."""
         return self._shared is not None
 
+    @property
+    def publishers(self) -> tuple[SharedPublisher, ...]:
+        """The publishers that the nodes of this process share; none where nothing is shared."""
+        return tuple((self._shared or {}).values())
+
     def publishes(self, node: Node, topic: str) -> bool:
         """Whether a node of this process publishes a topic to the others by calls, in which nothing is lost."""
         return self._own(node, topic) is not None

@@ -11,7 +11,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NoReturn
 
@@ -29,6 +29,8 @@ EXIT_FAILURE = 2
 _SWITCH_S = 5e-4
 #: s that ending may take before the process says where it hangs and exits with code 1; launch kills it 15 s after Ctrl-C
 _ENDS_S = 12.0
+#: the same for what is left once nodes have written what they had to write
+CLOSES_S = 3.0
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
@@ -93,9 +95,20 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
     finally:
         for node in nodes:
             node.destroy_node()
-        rclpy.try_shutdown()
-        faulthandler.cancel_dump_traceback_later()
+        with ends_within(CLOSES_S):
+            rclpy.try_shutdown()
     return 0
+
+
+@contextmanager
+def ends_within(seconds: float) -> Iterator[None]:
+    """What is done meanwhile may take so many s; the process then says where each thread hangs and exits with code 1. It replaces an
+    earlier limit."""
+    faulthandler.dump_traceback_later(seconds, exit=True, file=sys.__stderr__)
+    try:
+        yield
+    finally:
+        faulthandler.cancel_dump_traceback_later()
 
 
 def _call_on_signals(end: Callable[[], None]) -> None:

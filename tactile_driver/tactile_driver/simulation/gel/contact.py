@@ -21,7 +21,7 @@ class Indenter:
     half: tuple[float, float] = (0.0, 0.0)
 
     def height(self, off: np.ndarray) -> np.ndarray:
-        """(N,) m, of its underside over its foremost point, at places off (N, 2) m from its middle; inf beside it."""
+        """(N,) m, of its underside over its foremost point, at positions off (N, 2) m from its middle; inf beside it."""
         if self.radius:
             square = (off**2).sum(axis=1)
             return np.where(square < self.radius**2, self.radius - np.sqrt(np.maximum(self.radius**2 - square, 0)), np.inf)
@@ -30,10 +30,13 @@ class Indenter:
 
 @dataclass
 class GelState:
-    """Forces on the cells of the surface. places: (M, 2) m, of the cells on the undeformed surface; force: (M, 3) N, of the object on the
-    gel; slides: (M,) bool; middle: (2,) m and depth, m, of the object; shift: (2,) m, mean displacement of the cells along the surface."""
+    """Forces on the cells of the surface.
 
-    places: np.ndarray
+    positions: (M, 2) m, of the cells on the undeformed surface; force: (M, 3) N, of the object on the gel; slides: (M,) bool; middle:
+    (2,) m and depth, m, of the object; shift: (2,) m, mean displacement of the cells along the surface.
+    """
+
+    positions: np.ndarray
     force: np.ndarray
     slides: np.ndarray
     middle: np.ndarray
@@ -66,15 +69,15 @@ class GelContact:
     def step(self, middle: np.ndarray, depth: float, before: np.ndarray) -> GelState | None:
         """The state with the object's middle at (2,) m, after it was at before (2,) m; depth: m, of its foremost point under the surface,
         negative above. None without contact."""
-        places, gap = self._candidates(middle - self._shift, depth)
-        if not len(places):
+        positions, gap = self._candidates(middle - self._shift, depth)
+        if not len(positions):
             self.reset()
             return None
-        index = np.round(places / self.cell).astype(int)
+        index = np.round(positions / self.cell).astype(int)
         flexible, cells = self._flexibility(index), [tuple(c) for c in index]
         carried = np.array([self._held.get(c, (np.zeros(2),))[0] for c in cells])
         moved = np.array([self._held[c][1] if c in self._held else np.full(2, np.nan) for c in cells])
-        along, press, slides = carried, np.zeros(len(places)), np.zeros(len(places), bool)
+        along, press, slides = carried, np.zeros(len(positions)), np.zeros(len(positions), bool)
         for _ in range(_ROUNDS):
             lift = np.einsum('ipj,pj->i', flexible[:, 2, :, :2], along)
             press = _pressed(flexible[:, 2, :, 2], lift - gap, press > 0 if press.any() else np.ones(len(press), bool))
@@ -83,7 +86,7 @@ class GelContact:
         self._held = {cell: (along[k], surface[k]) for k, cell in enumerate(cells) if touching[k]}
         force = np.column_stack([along, -press])
         self._shift = surface[touching].mean(axis=0)
-        return GelState(places[touching], force[touching], slides[touching], np.asarray(middle, float), depth, self._shift)
+        return GelState(positions[touching], force[touching], slides[touching], np.asarray(middle, float), depth, self._shift)
 
     def _flexibility(self, index: np.ndarray) -> np.ndarray:
         """(M, 3, M, 3) m/N, displacements of cells (M, 2) under unit forces on each other; it depends on their offsets alone."""
@@ -103,15 +106,15 @@ class GelContact:
         reach = np.sqrt(2 * self.indenter.radius * depth) if self.indenter.radius else max(self.indenter.half)
         low, high = (np.floor((np.asarray(middle) + s * reach) / self.cell).astype(int) for s in (-1, 1))
         j, i = np.mgrid[low[1]:high[1] + 2, low[0]:high[0] + 2].reshape(2, -1)
-        places = np.stack([i, j], axis=1) * self.cell
-        height = self.indenter.height(places - middle) - depth
-        return places[height < 0], height[height < 0]
+        positions = np.stack([i, j], axis=1) * self.cell
+        height = self.indenter.height(positions - middle) - depth
+        return positions[height < 0], height[height < 0]
 
-    def _rub(self, flexible, press, carried, moved, way) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _rub(self, flexible, press, carried, moved, travel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Forces along the surface (M, 2) N, which cells slide (M,), and displacements of the surface (M, 2) m.
 
-        A cell that touched before and sticks keeps its place on the object; a new one sticks where it is. carried, moved: from the last
-        step, NaN where new; way: (2,) m, of the object since.
+        A cell that touched before and sticks keeps its position on the object; a new one sticks where it is now. carried, moved: from
+        the last step, NaN where new; travel: (2,) m, of the object since.
         """
         count, limit = len(press), self.friction * press
         touching = press > 0
@@ -126,7 +129,7 @@ class GelContact:
             rows = np.repeat(stick & ~new, 2)
             trial = free.copy()
             if rows.any():
-                wanted = np.where(new[:, None], 0.0, moved + way) - surface
+                wanted = np.where(new[:, None], 0.0, moved + travel) - surface
                 trial.ravel()[rows] = np.linalg.solve(bend[np.ix_(rows, rows)], wanted.ravel()[rows])
             size = np.sqrt((trial**2).sum(axis=1))
             over = touching & (size > limit * (1 + 1e-9))
@@ -138,7 +141,7 @@ class GelContact:
 
 
 def _pressed(flexible: np.ndarray, deep: np.ndarray, inside: np.ndarray) -> np.ndarray:
-    """Forces (M,) >= 0, N, that press each place at least deep (M,), m, and end where it would not touch; flexible: (M, M) m/N; inside:
+    """Forces (M,) >= 0, N, that press each position at least deep (M,), m, and end where it would not touch; flexible: (M, M) m/N; inside:
     (M,) bool, those that are tried first."""
     force = np.zeros(len(deep))
     for _ in range(100):

@@ -9,10 +9,10 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-#: Thicknesses: radius of the meshed disc, whose border is held; chosen.
+#: Thicknesses: radius of the meshed disc, whose border is held.
 _WIDE = 9.0
 #: Growth of the elements away from the load, and their largest size in thicknesses; half of both changes nothing by 0.3 %.
-_GROWTH, _LARGEST = 1.14, 0.25
+_GROWTH, _MAX_SIZE = 1.14, 0.25
 #: Places and weights of Gauss's rule with three points on [-1, 1].
 _GAUSS = list(zip(*np.polynomial.legendre.leggauss(3)))
 
@@ -45,18 +45,18 @@ class Response:
         rows = {'surface': len(mesh.z) - 1, 'dots': np.abs(mesh.z - material.thickness + material.depth).argmin()}
         self._lines = {name: (mesh.r, pressed[row], pulled[row]) for name, row in rows.items()}
 
-    def matrix(self, points: np.ndarray, places: np.ndarray, where: str) -> np.ndarray:
-        """(N, 3, M, 3): displacement x, y, z, m, of points (N, 2) m under unit forces along x, y and z at places (M, 2) m; where:
+    def matrix(self, points: np.ndarray, positions: np.ndarray, where: str) -> np.ndarray:
+        """(N, 3, M, 3): displacement x, y, z, m, of points (N, 2) m under unit forces along x, y and z at positions (M, 2) m; where:
         'surface' or 'dots'."""
         r, pressed, pulled = self._lines[where]
-        off = points[:, None] - places
+        off = points[:, None] - positions
         distance = np.sqrt((off**2).sum(-1))
         cos, sin = np.where(distance > 1e-9, off.transpose(2, 0, 1) / np.maximum(distance, 1e-9), np.array([1.0, 0.0])[:, None, None])
 
         def at(values, column):
             return np.interp(distance, r, values[:, column], right=0.0)
 
-        found = np.empty((len(points), 3, len(places), 3))
+        found = np.empty((len(points), 3, len(positions), 3))
         found[:, 0, :, 2], found[:, 1, :, 2], found[:, 2, :, 2] = at(pressed, 0) * cos, at(pressed, 0) * sin, at(pressed, 1)
         for axis, (c, s) in enumerate(((cos, sin), (sin, -cos))):  # of the angle from the force to the point
             radial, around, up = at(pulled, 0) * c, at(pulled, 2) * s, at(pulled, 1) * c
@@ -68,11 +68,11 @@ class Response:
 
 def _graded(finest: float, length: float, thickness: float) -> np.ndarray:
     """From 0 to length, m, or somewhat more, in steps that grow from finest."""
-    places, step = [0.0], finest
-    while places[-1] < length:
-        places.append(places[-1] + step)
-        step = min(step * (_GROWTH if len(places) > 4 else 1.0), _LARGEST * thickness)
-    return np.array(places)
+    positions, step = [0.0], finest
+    while positions[-1] < length:
+        positions.append(positions[-1] + step)
+        step = min(step * (_GROWTH if len(positions) > 4 else 1.0), _MAX_SIZE * thickness)
+    return np.array(positions)
 
 
 def _quadratic(a: float) -> tuple[np.ndarray, np.ndarray]:
@@ -96,7 +96,7 @@ class _Mesh:
         the first two rings of the surface: up for order 0, along the angle 0 for order 1."""
         free = np.ones((len(self.z), len(self.r), 3), bool)
         free[0] = free[:, -1] = False
-        free[:, 0, order] = False  # on the axis nothing goes aside, or up
+        free[:, 0, order] = False  # on the axis nothing moves sideways, or up
         if order == 0:
             free[..., 2] = False
         load = np.zeros(free.shape)

@@ -56,15 +56,15 @@ class SimulatedCamera:
         return uv[:, 0], ((uv[:, 1:4] - uv[:, 4:7]) / (2 * step)).transpose(0, 2, 1)
 
 
-def mounted(focal: tuple, centre: tuple, distortion: tuple, turn: tuple, place: tuple, native: tuple, width: int) -> SimulatedCamera:
+def mounted(focal: tuple, centre: tuple, distortion: tuple, turn: tuple, position: tuple, native: tuple, width: int) -> SimulatedCamera:
     """A camera with images of width px and the field of view of the native size (binning).
 
     focal, centre: (x, y), px of the native image; distortion: (k1, k2, p1, p2, k3); turn: rotation vector from the sensor frame to the
-    camera frame, rad; place: translation, m; native: (width, height), px.
+    camera frame, rad; position: translation, m; native: (width, height), px.
     """
     scale = width / native[0]
     # Pixel centres are at whole numbers, so binning scales c + 1/2, not c.
     u, v = ((c + 0.5) * scale - 0.5 for c in centre)
     matrix = np.array([[focal[0] * scale, 0, u], [0, focal[1] * scale, v], [0, 0, 1.0]])
     rotation = cv2.Rodrigues(np.asarray(turn, float))[0]
-    return SimulatedCamera(matrix, np.array(distortion, float), rotation, np.array(place, float), width, int(native[1] * scale), scale)
+    return SimulatedCamera(matrix, np.array(distortion, float), rotation, np.array(position, float), width, int(native[1] * scale), scale)

@@ -14,7 +14,7 @@ from .camera import SimulatedCamera
 
 @dataclass(frozen=True)
 class Lighting:
-    """LEDs and water. The defaults are chosen.
+    """LEDs and water.
 
     absorption: 1/m per channel B, G, R (Beer-Lambert law); gain: grey levels per channel; ambient: fraction of diffuse light;
     lamp_radius, lamp_depth: m, radius of the circle of LEDs and its distance below the rim; lamps: number of LEDs; window: z of the pad's
@@ -43,12 +43,12 @@ class Lighting:
         """Diffuse light (n, n, 3) BGR, grey levels, of the nodes, and the specular highlights.
 
         shape: (n, n, 3) m; normals: (n, n, 3) outward, unit; both float32; uv: (n, n, 2), pixels of the nodes; blur: px, standard deviation
-        of the lens blur. The highlights are (place (M, 2) px, form (M, 2, 2) 1/px^2, peak (M,) grey levels): the light at q px from place
+        of the lens blur. The highlights are position (M, 2) px, form (M, 2, 2) 1/px^2 and peak (M,), grey levels: the light at q px from it
         is peak * exp(-q form q / 2).
         """
         angle = 2 * np.pi * (np.arange(self.lamps) + 0.25) / self.lamps
         lamps = np.column_stack([self.lamp_radius * np.cos(angle), self.lamp_radius * np.sin(angle), np.full(self.lamps, -self.lamp_depth)])
-        wet, length, toward = _ways(np.concatenate([camera.centre[None], lamps]), shape, self.window)
+        wet, length, toward = _paths(np.concatenate([camera.centre[None], lamps]), shape, self.window)
         half = toward[1:] + toward[0]
         half /= np.sqrt(np.einsum('...i,...i->...', half, half))[..., None]
         off = half + normals  # zero where the normal bisects the directions to LED and camera
@@ -56,27 +56,27 @@ class Lighting:
         return light, self._mirror(off, uv, self.largest_spot * camera.scale, blur)
 
     def _sheen(self, wet: np.ndarray, off: np.ndarray) -> np.ndarray | float:
-        """Wide lobes of reflection (Blinn's half-way vector, Gaussian lobe) (n, n, 3), over the gain; 0 for none."""
+        """Wide lobes of reflection (Blinn's halfway vector, Gaussian lobe) (n, n, 3), over the gain; 0 for none."""
         if not self.sheen:
             return 0.0
         lobe = np.exp(-np.einsum('...i,...i->...', off, off) / (2 * self.sheen_width**2)) * np.float32(self.sheen)
-        way = (wet[1:] + wet[0]) * np.float32(self.sheen_water)
-        return np.stack([(lobe * np.exp(-a * way)).sum(axis=0) for a in np.float32(self.absorption)], axis=-1)
+        path = (wet[1:] + wet[0]) * np.float32(self.sheen_water)
+        return np.stack([(lobe * np.exp(-a * path)).sum(axis=0) for a in np.float32(self.absorption)], axis=-1)
 
     def _diffuse(self, wet: np.ndarray, length: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Beer-Lambert law from LED over skin to camera, Lambert's cosine law, inverse square law, and scattered light; over the gain."""
         facing = np.maximum(-np.einsum('l...i,...i->l...', toward[1:], normals), 0)
         facing *= (self.lamp_depth / length[1:])**2 * (self.power / self.lamps)
-        way = wet[1:] + wet[0]
-        return np.stack([(facing * np.exp(-a * way)).sum(axis=0) + self.ambient * np.exp(-1.6 * a * wet[0])
+        path = wet[1:] + wet[0]
+        return np.stack([(facing * np.exp(-a * path)).sum(axis=0) + self.ambient * np.exp(-1.6 * a * wet[0])
                          for a in np.float32(self.absorption)], axis=-1)
 
     def _mirror(self, off: np.ndarray, uv: np.ndarray, largest_spot: float, blur: float) -> tuple:
         """Specular highlights of the LEDs, each a Gaussian ellipse about the zero of off (lamps, n, n, 3), which is found from the nearest
         node to first order."""
         size = np.einsum('...i,...i->...', off, off)
-        least = size[:, 1:-1, 1:-1]
-        lamp, row, column = np.nonzero((least < 0.01) & (least <= np.minimum(np.minimum(size[:, :-2, 1:-1], size[:, 2:, 1:-1]),
+        inner = size[:, 1:-1, 1:-1]
+        lamp, row, column = np.nonzero((inner < 0.01) & (inner <= np.minimum(np.minimum(size[:, :-2, 1:-1], size[:, 2:, 1:-1]),
                                                                              np.minimum(size[:, 1:-1, :-2], size[:, 1:-1, 2:]))))
         row, column = row + 1, column + 1
 
@@ -87,15 +87,15 @@ class Lighting:
         here = off[lamp, row, column][..., None]
         square = slope.transpose(0, 2, 1) @ slope + 1e-8 * np.eye(2)
         step = np.clip(-np.linalg.solve(square, slope.transpose(0, 2, 1) @ here), -0.8, 0.8)
-        rest = ((here + slope @ step)**2).sum(axis=(1, 2))
+        residual = ((here + slope @ step)**2).sum(axis=(1, 2))
         per_pixel = slope @ np.linalg.inv(pixel)
         sharp = np.linalg.inv(per_pixel.transpose(0, 2, 1) @ per_pixel / self.gloss_width**2 + np.eye(2) / largest_spot**2)
         blurred = sharp + blur**2 * np.eye(2)
-        peak = self.gloss * np.exp(-rest / (2 * self.gloss_width**2)) * np.sqrt(np.linalg.det(sharp) / np.linalg.det(blurred))
+        peak = self.gloss * np.exp(-residual / (2 * self.gloss_width**2)) * np.sqrt(np.linalg.det(sharp) / np.linalg.det(blurred))
         return uv[row, column] + (pixel @ step)[..., 0], np.linalg.inv(blurred), peak
 
 
-def _ways(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _paths(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Light paths from ends (..., 3) to starts (L, 3), m: length in water and total length (L, ...), m; unit directions (L, ..., 3)."""
     arm = starts.reshape((-1,) + (1,) * (ends.ndim - 1) + (3,)).astype(np.float32) - ends
     length = np.sqrt(np.einsum('...i,...i->...', arm, arm))
@@ -118,12 +118,12 @@ _NO_SPOTS = np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)
 class Lamps:
     """LEDs in air behind a matt skin.
 
-    places: ((x, y, z), ...) m; powers: grey levels of a white skin lit by each LED at normal incidence from the distance reach, m;
+    positions: ((x, y, z), ...) m; powers: grey levels of a white skin lit by each LED at normal incidence from the distance reach, m;
     scattered: grey levels of a white skin under scattered light; colour: reflectance of the skin between the dots, B, G, R, 0 to 1;
     exposure: factor on all light.
     """
 
-    places: tuple
+    positions: tuple
     powers: tuple
     reach: float
     scattered: float
@@ -137,8 +137,8 @@ class Lamps:
         Model: Lambert's cosine law and the inverse square law.
         """
         level = np.full(shape.shape[:2], self.scattered, np.float32)
-        for place, power in zip(np.array(self.places, np.float32), self.powers):
-            arm = place - shape
+        for position, power in zip(np.array(self.positions, np.float32), self.powers):
+            arm = position - shape
             square = np.einsum('...i,...i->...', arm, arm)
             facing = np.maximum(-np.einsum('...i,...i->...', arm, normals), 0)
             level += np.float32(power * self.reach**2) * facing / square**1.5

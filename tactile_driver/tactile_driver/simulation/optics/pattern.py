@@ -35,7 +35,7 @@ class SurfaceSampler:
         self.linear, self.value = matrix(linear, linear), matrix(value, value)
         self.along_a, self.along_b = matrix(value, slope), matrix(slope, value)
 
-    def places(self, shape: np.ndarray) -> np.ndarray:
+    def positions(self, shape: np.ndarray) -> np.ndarray:
         """Positions (K, 3), m, on the shape (n, n, 3), m."""
         return self.value @ shape.reshape(-1, 3)
 
@@ -48,13 +48,13 @@ class SurfaceSampler:
 class DotPattern:
     """Round dots on the inside of a skin.
 
-    places: (K, 3), m, centres on the resting skin; radius: (K,) m; numbers: (K,) of the dots; rows, columns: of the grid, 0 without one.
+    positions: (K, 3), m, centres on the resting skin; radius: (K,) m; numbers: (K,) of the dots; rows, columns: of the grid, 0 without one.
     Other attributes: sampler, of the centres; painted: (K, 2, 2), grid steps per m along two perpendicular directions on the resting skin.
     """
 
-    def __init__(self, skin: Skin, places: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
+    def __init__(self, skin: Skin, positions: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
         self.radius, self.numbers, self.rows, self.columns = radius, numbers, rows, columns
-        self.sampler = SurfaceSampler(skin.square_of(places), skin.nodes)
+        self.sampler = SurfaceSampler(skin.square_of(positions), skin.nodes)
         self.painted = np.linalg.inv(np.linalg.qr(self.sampler.tangents(skin.rest))[1])
 
     def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
@@ -62,11 +62,11 @@ class DotPattern:
 
         correct: function (K, 3) -> (K, 3), applied to the positions before projection.
         """
-        places = self.sampler.places(shape)
+        positions = self.sampler.positions(shape)
         if correct is not None:
-            places = correct(places)
-        uv, slope = camera.project_with_slope(places)
-        return places, uv, slope @ self.sampler.tangents(shape) @ self.painted
+            positions = correct(positions)
+        uv, slope = camera.project_with_slope(positions)
+        return positions, uv, slope @ self.sampler.tangents(shape) @ self.painted
 
 
 class LargeDots(DotPattern):
@@ -78,23 +78,23 @@ class LargeDots(DotPattern):
     _AT = np.concatenate([[0.0], np.sqrt(2 / 3) * np.exp(1j * np.pi / 3 * np.arange(6))])
     _SHARE = np.array([2, 1, 1, 1, 1, 1, 1]) / 8
 
-    def __init__(self, skin: Skin, places: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
-        super().__init__(skin, places, radius, numbers, rows, columns)
+    def __init__(self, skin: Skin, positions: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
+        super().__init__(skin, positions, radius, numbers, rows, columns)
         aside = np.linalg.qr(self.sampler.tangents(skin.rest))[0]
-        parts = places[:, None] + np.einsum('k,kij,jp->kpi', radius, aside, [self._AT.real, self._AT.imag])
+        parts = positions[:, None] + np.einsum('k,kij,jp->kpi', radius, aside, [self._AT.real, self._AT.imag])
         self._parts = SurfaceSampler(np.clip(skin.square_of(parts.reshape(-1, 3)), -1, 1), skin.nodes)
         self._area = np.linalg.norm(np.cross(*np.moveaxis(self._parts.tangents(skin.rest), -1, 0)), axis=-1)
 
     def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
         """As DotPattern.seen; the pixels are those of the centroids, and the maps have the area of the image."""
-        places, _, spread = super().seen(shape, camera, correct)
-        parts = self._parts.places(shape)
+        positions, _, spread = super().seen(shape, camera, correct)
+        parts = self._parts.positions(shape)
         uv, slope = camera.project_with_slope(parts if correct is None else correct(parts))
         size = np.abs(np.linalg.det(slope @ self._parts.tangents(shape))) / self._area  # of the image over that of the print
         weight = self._SHARE * size.reshape(-1, len(self._AT))
         area = weight.sum(axis=1, keepdims=True)
         uv = np.einsum('kp,kpi->ki', weight, uv.reshape(*weight.shape, 2)) / area
-        return places, uv, spread * np.sqrt(area[:, :, None] / np.abs(np.linalg.det(spread))[:, None, None])
+        return positions, uv, spread * np.sqrt(area[:, :, None] / np.abs(np.linalg.det(spread))[:, None, None])
 
 
 def uneven(radius: float, spread: float, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -12,15 +12,15 @@ from ..skin.surfaces import Skin
 from .camera import SimulatedCamera
 from .light import vignette
 
-#: px: light is computed once per cell of this size, because only dots, highlights and the rim are sharp; chosen.
+#: px: light is computed once per cell of this size, because only dots, highlights and the rim are sharp.
 _CELL = 4
-#: px: cell size of the map from the image to the skin, which varies even more slowly; chosen.
+#: px: cell size of the map from the image to the skin, which varies even more slowly.
 _WIDE_CELL = 8
-#: Iterations that invert this map; chosen.
+#: Iterations that invert this map.
 _INVERSE_STEPS = 5
-#: px^2, derived: variance of a uniform distribution over a pixel.
+#: px^2: variance of a uniform distribution over a pixel.
 _PIXEL_VARIANCE = 1 / 12
-#: Standard deviations, derived: a smooth step 3 t^2 - 2 t^3 of this half width has the variance of the blur.
+#: Standard deviations: a smooth step 3 t^2 - 2 t^3 of this half width has the variance of the blur.
 _STEP_WIDTH = 5**0.5
 
 
@@ -31,8 +31,7 @@ class Imaging:
     blur: px, standard deviation of the lens blur; read_noise: grey levels; shot_noise: grey levels squared per grey level; ink: fraction of
     light absorbed by a dot, B, G, R or one for all, below 0 if the dot is brighter than the skin; housing: grey level around the skin;
     cosine, stop: parameters of the vignetting (light.vignette); reflections: lamps that the window mirrors, which stay in place,
-    (u, v, standard deviation, all px, peak in grey levels) each; drift: amplitude of a slow change of the gain; drift_period: frames. The
-    defaults are chosen.
+    (u, v, standard deviation, all px, peak in grey levels) each; drift: amplitude of a slow change of the gain; drift_period: frames.
     """
 
     blur: float = 0.8
@@ -106,24 +105,24 @@ class Renderer:
         self._goal = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float32)
         hit = self.skin.seen_at_rest(camera.centre, camera.rays(self._goal.reshape(-1, 2)))
         square = np.clip(self.skin.square_of(hit).reshape(self._goal.shape), -1, 1)
-        self._rest_place = ((square + 1) * self._last / 2).astype(np.float32)
-        self._steer_down, self._steer_across = np.gradient(self._rest_place, _WIDE_CELL, axis=(0, 1))
+        self._rest_position = ((square + 1) * self._last / 2).astype(np.float32)
+        self._steer_down, self._steer_across = np.gradient(self._rest_position, _WIDE_CELL, axis=(0, 1))
         columns, rows = (np.arange(_CELL / 2 - 0.5, size, _CELL) for size in (camera.width, camera.height))
         self._fall_off = vignette(camera, columns, rows, self.imaging.cosine, self.imaging.stop)[..., None]
 
     def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, tuple]:
         """Diffuse light (h, w, 3), grey levels, of the cells; and the specular highlights."""
         seen = self.camera.project(shape).astype(np.float32)
-        place = self._rest_place
+        position = self._rest_position
         for _ in range(_INVERSE_STEPS):
-            off = self._goal - _look_up(seen, place)
-            place = place + off[..., :1] * self._steer_across + off[..., 1:] * self._steer_down
-            np.clip(place, 0, self._last, out=place)
+            error = self._goal - _look_up(seen, position)
+            position = position + error[..., :1] * self._steer_across + error[..., 1:] * self._steer_down
+            np.clip(position, 0, self._last, out=position)
         normals = self.skin.area_vectors(shape).reshape(shape.shape)
         normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
         light, spots = self._lighting.look(shape, normals, seen, self.camera, self._spread)
-        place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
-        return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
+        position = cv2.resize(position, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+        return _look_up(light, position, cv2.INTER_CUBIC) * self._fall_off, spots
 
     def _passed(self, cover: np.ndarray) -> list[np.ndarray]:
         """Transmitted fraction (height, width) of the light of each channel, given the coverage by dots (height, width)."""
@@ -168,9 +167,9 @@ class Renderer:
         cover *= cover * (3 - 2 * cover)
         return cover
 
-    def _add_spots(self, picture: np.ndarray, place: np.ndarray, form: np.ndarray, peak: np.ndarray):
+    def _add_spots(self, picture: np.ndarray, position: np.ndarray, form: np.ndarray, peak: np.ndarray):
         """Add the specular highlights to the image, in place."""
-        for (u, v), f, strength in zip(place, form, peak):
+        for (u, v), f, strength in zip(position, form, peak):
             if not (0 <= u < self.camera.width and 0 <= v < self.camera.height) or strength < 0.5:
                 continue
             half_x, half_y = (int(np.ceil(3.2 * np.sqrt(f[k, k] / np.linalg.det(f)))) for k in (1, 0))
@@ -186,8 +185,8 @@ class Renderer:
         camera = self.camera
         v, u = np.mgrid[:camera.height, :camera.width].astype(np.float32)
         total = np.zeros((camera.height, camera.width, 1), np.float32)
-        for *place, size, peak in self.imaging.reflections:
-            du, dv = (axis - ((at + 0.5) * camera.scale - 0.5) for axis, at in zip((u, v), place))
+        for *position, size, peak in self.imaging.reflections:
+            du, dv = (axis - ((at + 0.5) * camera.scale - 0.5) for axis, at in zip((u, v), position))
             total[..., 0] += np.float32(peak) * np.exp(-(du * du + dv * dv) / (2 * (size * camera.scale)**2))
         return total
 
@@ -202,6 +201,6 @@ class Renderer:
         return cv2.GaussianBlur(cover, (0, 0), self.imaging.blur * camera.scale)
 
 
-def _look_up(grid: np.ndarray, place: np.ndarray, how: int = cv2.INTER_LINEAR) -> np.ndarray:
+def _look_up(grid: np.ndarray, position: np.ndarray, how: int = cv2.INTER_LINEAR) -> np.ndarray:
     """Values (h, w, c) of a grid (n, n, c) float32 interpolated at grid coordinates (h, w, 2)."""
-    return cv2.remap(grid, place, None, how, borderMode=cv2.BORDER_REPLICATE)
+    return cv2.remap(grid, position, None, how, borderMode=cv2.BORDER_REPLICATE)

@@ -14,7 +14,7 @@ from ..truth import Touch
 
 # The model covers what determines the four voltages. An object presses the cover towards the waveguide. Before contact the cover reflects
 # leaking light; in contact a patch of finite size scatters light. The tapered, irregular fibre plate leads the light of each point of the
-# patch to the detector, where four electrodes share the current. The constants and the spreads of the random numbers are chosen.
+# patch to the detector, where four electrodes share the current.
 
 
 COVER_RADIUS = 0.016  # m, outer radius
@@ -27,7 +27,7 @@ _MODES = 8
 class Material:
     """gap: m, between cover and waveguide; soft, hard: stiffness, N/m before and N/m^1.5 after they touch; leak: V, reflected light when
     they just touch; scatter: V, of a patch of 1 mm^2 at the pole; glow: m, radius of the reflecting area of the cover; creep: part of its
-    place and depth that a contact shows late."""
+    position and depth that a contact shows late."""
 
     gap: float = 1.1e-4
     soft: float = 1200.0
@@ -91,19 +91,19 @@ class FingerSpecimen:
 
     def _patch(self, normal: np.ndarray, radius: np.ndarray, brightness: np.ndarray) -> np.ndarray:
         """Voltages (N, 4), V, of round patches around unit normals (N, 3), of radius (N,), m, and brightness (N,), V."""
-        aside = np.cross(normal, np.where(np.abs(normal[:, :1]) < 0.8, [[1.0, 0, 0]], [[0, 1.0, 0]]))
-        aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-        other = np.cross(normal, aside)
+        first = np.cross(normal, np.where(np.abs(normal[:, :1]) < 0.8, [[1.0, 0, 0]], [[0, 1.0, 0]]))
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        second = np.cross(normal, first)
         share, angle = np.array(_PATCH).T
-        away = share * (radius / COVER_RADIUS)[:, None]
-        offset = np.cos(angle)[:, None] * aside[:, None] + np.sin(angle)[:, None] * other[:, None]
-        points = np.cos(away)[..., None] * normal[:, None] + np.sin(away)[..., None] * offset
+        tilt = share * (radius / COVER_RADIUS)[:, None]
+        offset = np.cos(angle)[:, None] * first[:, None] + np.sin(angle)[:, None] * second[:, None]
+        points = np.cos(tilt)[..., None] * normal[:, None] + np.sin(tilt)[..., None] * offset
         led = self.transmission(points) * (brightness / len(_PATCH))[:, None]
         return (self.electrodes(self.plate(points)) * led[..., None]).sum(1)
 
-    def electrodes(self, place: np.ndarray) -> np.ndarray:
+    def electrodes(self, position: np.ndarray) -> np.ndarray:
         """Fractions (..., 4) of the electrodes x1, y1, x2, y2 for light at positions (..., 2), half widths; nearer corners take more."""
-        u, w = place[..., 0], place[..., 1]
+        u, w = position[..., 0], position[..., 1]
         u, w = u * (1 + 0.01 * w * w), w * (1 + 0.01 * u * u)
         left, right, low, high = (1 - u) / 2, (1 + u) / 2, (1 - w) / 2, (1 + w) / 2
         return np.stack([left * low, right * low, right * high, left * high], axis=-1)
@@ -117,7 +117,7 @@ def _angles(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 @dataclass(frozen=True)
 class Electronics:
     """noise: V, of each output; shot: V, shot noise variance per volt; limit: V, saturation of the amplifiers; full_scale: V; bits: of the
-    converter. The defaults are chosen."""
+    converter."""
 
     noise: float = 0.011
     shot: float = 1.0e-5
@@ -131,7 +131,7 @@ class Electronics:
         return np.clip(np.clip(noisy, 0, self.limit) / self.full_scale * 2**self.bits, 0, 2**self.bits - 1).astype(np.uint16)
 
 
-# s, ages of what the cover remembers of a contact, alike: a compliance that grows with the logarithm of time, as of filled rubbers. Chosen
+# s, ages of the contact of which the cover keeps equal parts: a compliance that grows with the logarithm of time, as of filled rubbers
 _AGES_S = np.geomspace(0.003, 0.2, 10)
 
 
@@ -242,31 +242,30 @@ class PsdScene:
         return self.electronics.counts(volts * self.specimen.gains, self._rng), truth
 
     def _shown(self, act: Act, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Unit normals (N, 3) and depths (N,), m, that the cover shows at times (N,), s: it remembers a part of what was there before, the
-        longer ago the less."""
+        """Unit normals (N, 3) and depths (N,), m, that the cover shows at times (N,), s, with what remains of earlier contact."""
         normal, depth = act.at(t)
         past = t - _AGES_S[:, None]
-        places, depths = act.at(past.ravel())
-        places = np.where((past > act.start)[..., None], places.reshape(*past.shape, 3), normal)
+        positions, depths = act.at(past.ravel())
+        positions = np.where((past > act.start)[..., None], positions.reshape(*past.shape, 3), normal)
         creep = self.specimen.material.creep
-        shown = (1 - creep) * normal + creep * places.mean(0)
+        shown = (1 - creep) * normal + creep * positions.mean(0)
         return shown / np.linalg.norm(shown, axis=1, keepdims=True), (1 - creep) * depth + creep * depths.reshape(past.shape).mean(0)
 
 
 def _press(start: float, phi: float, theta: float, depth: float, last: float = 0.3, rise: float = 0.02) -> Act:
-    place = math.radians(phi), math.radians(theta)
-    return Act(start, start + last, place, place, depth, rise)
+    position = math.radians(phi), math.radians(theta)
+    return Act(start, start + last, position, position, depth, rise)
 
 
-def _presses(places: Iterable[tuple[float, float]], depths: Sequence[float], start: float, period: float, last: float = 0.3,
+def _presses(positions: Iterable[tuple[float, float]], depths: Sequence[float], start: float, period: float, last: float = 0.3,
              rise: float = 0.02, ambient: Ambient = Ambient()) -> PsdScript:
-    """Presses at places (phi, theta), degrees, each at the next of the depths, m, in turn; start, period: s."""
-    acts = [_press(start + period * k, *place, depths[k % len(depths)], last, rise) for k, place in enumerate(places)]
+    """Presses at positions (phi, theta), degrees, each at the next of the depths, m, in turn; start, period: s."""
+    acts = [_press(start + period * k, *position, depths[k % len(depths)], last, rise) for k, position in enumerate(positions)]
     return PsdScript(acts, acts[-1].end + 0.5, ambient)
 
 
 def _rings() -> Iterator[tuple[float, float]]:
-    """About a hundred places: the pole, three times, and rings about it."""
+    """About a hundred positions: the pole, three times, and rings about it."""
     yield from [(0.0, 0.0)] * 3
     for ring, theta in enumerate(range(10, 71, 10)):
         around = min(6 + 2 * (theta // 10 - 1) + 4, 18)
@@ -274,17 +273,17 @@ def _rings() -> Iterator[tuple[float, float]]:
 
 
 _DEPTHS = (2.4e-4, 3.0e-4, 3.6e-4)
-#: The pole and six azimuths at four polar angles (paper psd_finger, section 6.2): 25 places, other than those of the calibration.
+#: The pole and six azimuths at four polar angles (paper psd_finger, section 6.2): 25 positions, other than those of the calibration.
 _GRID = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
-_WAY = [(0, 0), (30, 40), (120, 55), (200, 30), (290, 60), (360, 10)]
+_PATH = [(0, 0), (30, 40), (120, 55), (200, 30), (290, 60), (360, 10)]
 _SPIRAL = Act(5.0, 9.0, (0.0, math.radians(55)), (4 * math.pi, math.radians(10)), 3.2e-4, 0.05)
 _TILTS = [(40.0 * k, 20.0 + 4 * (k % 8)) for k in range(16)]
 
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
-    'demo': lambda: PsdScript([*_presses(_WAY, [3.0e-4], 1.0, 0.6, 0.4).acts, _SPIRAL], 10.0, Ambient(drift=0.05)),
+    'demo': lambda: PsdScript([*_presses(_PATH, [3.0e-4], 1.0, 0.6, 0.4).acts, _SPIRAL], 10.0, Ambient(drift=0.05)),
     'rest': lambda: PsdScript([], 10.0),
     'calibration': lambda: _presses(_rings(), _DEPTHS, 0.5, 0.45),
-    # as a person presses with a stage, at sixty places
+    # as a person presses with a stage, at sixty positions
     'session': lambda: _presses([(137.5 * k, 70 * math.sqrt(k / 60)) for k in range(60)], _DEPTHS, 1.0, 1.2, 0.6, 0.05),
     'grid': lambda: _presses(_GRID, [2.8e-4], 0.5, 0.45),
     # taps at 3.2 Hz and 0.88 Hz (paper psd_finger, section 6.3), felt for 78 ms and 250 ms

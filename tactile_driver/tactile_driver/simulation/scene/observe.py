@@ -15,17 +15,20 @@ from ..skin.surfaces import Skin, cross
 from ..skin.tools import Pose, Tool
 from ..truth import NON_CONTACT, SLIPPING, STICKING, Touch, TruthFrame, slip_state_of
 
-#: Subdivisions of a cell; chosen.
+#: Subdivisions of a cell.
 _FINE = 4
-#: In node spacings: the largest gap that counts as contact, and the scale that makes the gap dimensionless; chosen.
-_ON_TOOL, _GAP_SCALE = 0.0237, 0.0713
+#: In node spacings: the largest gap that counts as contact, and the scale that makes the gap dimensionless.
+_MAX_GAP, _GAP_SCALE = 0.0237, 0.0713
 
 
 @dataclass
 class Region:
-    """outlines, holes: lists of (k, 3) m; area: m^2, without holes; centroid: (3,) m; normal: (3,) unit, outwards; fullness: (n, n),
-    relative contact pressure of the nodes, 1 inside and 0 outside; part_centroids: (parts, 3) m, of what each part of the tool touches,
-    NaN of one that does not."""
+    """A contact region.
+
+    outlines, holes: lists of (k, 3) m; area: m^2, without holes; centroid: (3,) m; normal: (3,) unit, outwards; fullness: (n, n), relative
+    contact pressure of the nodes, 1 inside and 0 outside; part_centroids: (parts, 3) m, of the contact of each part of the tool, NaN
+    without contact.
+    """
 
     outlines: list
     holes: list
@@ -38,8 +41,8 @@ class Region:
 
 def _between(count: int) -> np.ndarray:
     """Matrix (fine, count) of linear interpolation from count nodes to a grid with _FINE subdivisions."""
-    at = np.arange((count - 1) * _FINE + 1) / _FINE
-    return np.maximum(1 - np.abs(at[:, None] - np.arange(count)), 0)
+    nodes = np.arange((count - 1) * _FINE + 1) / _FINE
+    return np.maximum(1 - np.abs(nodes[:, None] - np.arange(count)), 0)
 
 
 def fullness_of(skin: Skin, state: SkinState, tool: Tool) -> np.ndarray:
@@ -49,9 +52,9 @@ def fullness_of(skin: Skin, state: SkinState, tool: Tool) -> np.ndarray:
     """
     areas = skin.area_vectors(state.shape)[skin.inner][state.touching]
     pressed = -np.einsum('ij,ij->i', state.force, areas) / np.maximum(np.einsum('ij,ij->i', areas, areas), 1e-30)
-    usual = state.pressure if tool.tip_radius is None or not len(pressed) else max(np.median(pressed), state.pressure, 1e-30)
+    typical = state.pressure if tool.tip_radius is None or not len(pressed) else max(np.median(pressed), state.pressure, 1e-30)
     inner = np.zeros(skin.inner.sum())
-    inner[state.touching] = np.clip(pressed / usual, 0, 1)
+    inner[state.touching] = np.clip(pressed / typical, 0, 1)
     return np.pad(inner.reshape(skin.nodes - 2, -1), 1)
 
 
@@ -64,42 +67,42 @@ def find_region(skin: Skin, state: SkinState, tool: Tool, pose: Pose) -> Region 
     box = slice(max(rows.min() - 2, 0), rows.max() + 3), slice(max(columns.min() - 2, 0), columns.max() + 3)
     part = state.shape[box]
     up, across = _between(part.shape[0]), _between(part.shape[1])
-    places = np.stack([up @ part[..., k] @ across.T for k in range(3)], axis=-1)
-    gaps = tool.part_distances(pose.to_tool(places))
+    positions = np.stack([up @ part[..., k] @ across.T for k in range(3)], axis=-1)
+    gaps = tool.part_distances(pose.to_tool(positions))
     gap = gaps.min(axis=0)
     full = np.ascontiguousarray(up @ fullness[box] @ across.T)
     # A contact line narrower than a cell presses only on every other node: close the gaps.
     full = cv2.morphologyEx(full, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _FINE + 1, 2 * _FINE + 1)))
-    outside = np.maximum(0.5 - full, (gap / skin.spacing - _ON_TOOL) / _GAP_SCALE)
-    return _measure(places, outside, fullness, gaps)
+    outside = np.maximum(0.5 - full, (gap / skin.spacing - _MAX_GAP) / _GAP_SCALE)
+    return _measure(positions, outside, fullness, gaps)
 
 
-def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray, gaps: np.ndarray) -> Region | None:
-    """Outlines and moments of the region where outside (a, b) is negative; places: (a, b, 3) m, fine grid; gaps: (parts, a, b) m, to the
+def _measure(positions: np.ndarray, outside: np.ndarray, fullness: np.ndarray, gaps: np.ndarray) -> Region | None:
+    """Outlines and moments of the region where outside (a, b) is negative; positions: (a, b, 3) m, fine grid; gaps: (parts, a, b) m, to the
     parts of the tool. None for an empty region."""
     slope = np.stack(np.gradient(outside), axis=-1)
     steep = np.sqrt((slope**2).sum(axis=-1)) + 1e-9
     cover = np.clip(0.5 - outside / steep, 0, 1)
-    patches = cross(*np.gradient(places, axis=(1, 0)))
+    patches = cross(*np.gradient(positions, axis=(1, 0)))
     sizes = np.sqrt((patches**2).sum(axis=-1)) * cover
     area = float(sizes.sum())
     if area <= 0:
         return None
-    centroid = np.einsum('ab,abk->k', sizes, places) / area
-    centroids = centroid[None] if len(gaps) == 1 else _part_centroids(places, sizes, gaps)
+    centroid = np.einsum('ab,abk->k', sizes, positions) / area
+    centroids = centroid[None] if len(gaps) == 1 else _part_centroids(positions, sizes, gaps)
     normal = np.einsum('ab,abk->k', cover, patches)
-    outlines, holes = _contours(places, outside, slope, steep)
+    outlines, holes = _contours(positions, outside, slope, steep)
     return Region(outlines, holes, area, centroid, normal / np.linalg.norm(normal), fullness, centroids)
 
 
-def _part_centroids(places: np.ndarray, sizes: np.ndarray, gaps: np.ndarray) -> np.ndarray:
-    """(parts, 3) m, of the places that each part is nearest to, NaN of one that has none; sizes: (a, b) m^2, of contact."""
+def _part_centroids(positions: np.ndarray, sizes: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+    """(parts, 3) m, centroids of the positions that each part is nearest to, NaN without any; sizes: (a, b) m^2, of contact."""
     of_part = sizes * (gaps == gaps.min(axis=0))
     area = of_part.sum(axis=(1, 2))[:, None]
-    return np.where(area > 0, np.einsum('pab,abk->pk', of_part, places) / np.maximum(area, 1e-30), np.nan)
+    return np.where(area > 0, np.einsum('pab,abk->pk', of_part, positions) / np.maximum(area, 1e-30), np.nan)
 
 
-def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep: np.ndarray) -> tuple[list, list]:
+def _contours(positions: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep: np.ndarray) -> tuple[list, list]:
     """Outlines and holes (k, 3), m: border cells of the region, moved along the gradient to the zero of outside."""
     lines, family = cv2.findContours((outside < 0).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     found = [], []
@@ -108,19 +111,19 @@ def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep:
             continue
         column, row = line[:, 0, 0], line[:, 0, 1]
         step = np.clip(-outside[row, column] / steep[row, column], 0, 1)[:, None] * slope[row, column] / steep[row, column, None]
-        at = np.stack([row, column]) + step.T
-        found[int(kin[3] >= 0)].append(_interpolated(places, at))
+        border = np.stack([row, column]) + step.T
+        found[int(kin[3] >= 0)].append(_interpolated(positions, border))
     return found
 
 
-def _interpolated(places: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """places (a, b, 3) between its nodes at rows and columns at (2, k), bilinear; beyond the border as on it."""
-    last = np.array(places.shape[:2])[:, None] - 1
+def _interpolated(positions: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """positions (a, b, 3) interpolated bilinearly at rows and columns at (2, k), which are clipped to the grid."""
+    last = np.array(positions.shape[:2])[:, None] - 1
     at = np.clip(at, 0, last)
     row, column = np.minimum(at.astype(int), last - 1)
     down, right = (at - [row, column])[..., None]
-    upper = places[row, column] * (1 - right) + places[row, column + 1] * right
-    lower = places[row + 1, column] * (1 - right) + places[row + 1, column + 1] * right
+    upper = positions[row, column] * (1 - right) + positions[row, column + 1] * right
+    lower = positions[row + 1, column] * (1 - right) + positions[row + 1, column + 1] * right
     return upper * (1 - down) + lower * down
 
 
@@ -130,7 +133,7 @@ SLIP_SPEED = 0.3e-3
 
 @dataclass
 class Observation:
-    """One instant. shape: from Skin.coarse, m; spread: (K, 2, 2) px/m, affine maps of the dots to the image; truth."""
+    """One time. shape: from Skin.coarse, m; spread: (K, 2, 2) px/m, affine maps of the dots to the image; truth."""
 
     shape: np.ndarray
     spread: np.ndarray
@@ -143,14 +146,14 @@ class Observer:
     def __init__(self, skin: Skin, pattern: DotPattern, camera: SimulatedCamera, interval: float):
         self.skin, self.pattern, self.camera, self.interval = skin, pattern, camera, interval
         self._before = None
-        self._first: Pose | None = None  # of the tool, in the first frame of its touch
-        places, uv, spread = pattern.seen(skin.rest, camera)
-        truth = TruthFrame(pattern.numbers, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=skin.pressure,
+        self._first: Pose | None = None  # of the tool, in the first frame of its contact
+        positions, uv, spread = pattern.seen(skin.rest, camera)
+        truth = TruthFrame(pattern.numbers, uv, positions, np.full(len(uv), NON_CONTACT, np.uint8), pressure=skin.pressure,
                            dot_gap=np.full(len(uv), np.inf))
         self.untouched = Observation(skin.coarse(skin.rest), spread, truth)  # of all frames without contact
 
     def lifted(self) -> Observation:
-        """Observation without contact; the next touch is a new one."""
+        """Observation without contact; the next contact is a new one."""
         self._before = self._first = None
         return self.untouched
 
@@ -159,17 +162,17 @@ class Observer:
         region = find_region(self.skin, state, tool, now) if len(state.touching) else None
         if region is None:
             return self.lifted()
-        places, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: off_tool(p, tool, now))
+        positions, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: off_tool(p, tool, now))
         nodes = state.shape.reshape(-1, 3)[self.skin.inner][state.touching]
-        gap = tool.distance(now.to_tool(places))
-        touching = (self.pattern.sampler.linear @ region.fullness.ravel() > 0.5) & (np.abs(gap) < _ON_TOOL * self.skin.spacing)
-        way_of_dots, way_of_nodes = self._ways_over_tool(places, touching, nodes, state, tool, now)
+        gap = tool.distance(now.to_tool(positions))
+        touching = (self.pattern.sampler.linear @ region.fullness.ravel() > 0.5) & (np.abs(gap) < _MAX_GAP * self.skin.spacing)
+        slide_of_dots, slide_of_nodes = self._slides_over_tool(positions, touching, nodes, state, tool, now)
         states = np.where(touching, STICKING, NON_CONTACT).astype(np.uint8)
-        states[np.linalg.norm(way_of_dots, axis=1) > SLIP_SPEED * self.interval] = SLIPPING
-        truth = TruthFrame(self.pattern.numbers, uv, places, states, region.outlines, region.holes, region.area, region.centroid,
+        states[np.linalg.norm(slide_of_dots, axis=1) > SLIP_SPEED * self.interval] = SLIPPING
+        truth = TruthFrame(self.pattern.numbers, uv, positions, states, region.outlines, region.holes, region.area, region.centroid,
                            region.normal, dot_gap=gap)
         truth.contacts = self._touches(state, nodes, region, tool, now)
-        self._tell_slip(truth, nodes, way_of_nodes @ now.turn.T)
+        self._set_slip(truth, nodes, slide_of_nodes @ now.turn.T)
         truth.motion = _motion(before, now)
         self._first = self._first or now
         truth.pose = _motion(self._first, now)
@@ -181,31 +184,31 @@ class Observer:
         """Observation of a sheet whose dots are all held by a plate, which is reported as one contact at its centre, without force."""
         if not len(state.touching):
             return self.untouched
-        places, uv, spread = self.pattern.seen(state.shape, self.camera)
-        truth = TruthFrame(self.pattern.numbers, uv, places, np.full(len(uv), STICKING, np.uint8), centroid=now.origin,
+        positions, uv, spread = self.pattern.seen(state.shape, self.camera)
+        truth = TruthFrame(self.pattern.numbers, uv, positions, np.full(len(uv), STICKING, np.uint8), centroid=now.origin,
                            normal=now.turn[:, 2], wrench=np.full(6, np.nan))
         truth.contacts = [Touch(now.origin, now.turn[:, 2], float(-now.origin[2]), np.nan)]
         return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
 
-    def _ways_over_tool(self, places, touching, nodes, state: SkinState, tool: Tool, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+    def _slides_over_tool(self, positions, touching, nodes, state: SkinState, tool: Tool, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
         """Displacements (K, 3) of the dots and (m, 3) of the touching nodes along the tool since the last frame, m, in the tool frame; NaN
         for points that do not touch or did not touch before."""
-        dots_on_tool, nodes_on_tool = np.full((len(places), 3), np.nan), np.full((self.skin.inner.sum(), 3), np.nan)
-        dots_on_tool[touching] = pose.to_tool(places[touching])
+        dots_on_tool, nodes_on_tool = np.full((len(positions), 3), np.nan), np.full((self.skin.inner.sum(), 3), np.nan)
+        dots_on_tool[touching] = pose.to_tool(positions[touching])
         nodes_on_tool[state.touching] = pose.to_tool(nodes)
         last = self._before or (np.full_like(dots_on_tool, np.nan), np.full_like(nodes_on_tool, np.nan))
         self._before = dots_on_tool, nodes_on_tool
-        return _way_along(tool, last[0], dots_on_tool), _way_along(tool, last[1], nodes_on_tool)[state.touching]
+        return _slide_along(tool, last[0], dots_on_tool), _slide_along(tool, last[1], nodes_on_tool)[state.touching]
 
-    def _tell_slip(self, truth: TruthFrame, nodes: np.ndarray, way: np.ndarray):
-        """Set the slip fields of truth; nodes: (m, 3) m, touching; way: (m, 3) m, their displacements along the tool, sensor frame."""
-        slipping = np.linalg.norm(way, axis=1) > SLIP_SPEED * self.interval
-        truth.slipping_fraction = fraction = float(slipping.sum() / max(np.isfinite(way[:, 0]).sum(), 1))
+    def _set_slip(self, truth: TruthFrame, nodes: np.ndarray, slide: np.ndarray):
+        """Set the slip fields of truth; nodes: (m, 3) m, touching; slide: (m, 3) m, their displacements along the tool, sensor frame."""
+        slipping = np.linalg.norm(slide, axis=1) > SLIP_SPEED * self.interval
+        truth.slipping_fraction = fraction = float(slipping.sum() / max(np.isfinite(slide[:, 0]).sum(), 1))
         truth.slip_state = slip_state_of(fraction)
         truth.velocity = np.zeros(6)
         if slipping.sum() >= 3:
             radius = np.sqrt(truth.area / np.pi)
-            truth.velocity, truth.rotation_center = _twist_in_plane(nodes[slipping], -way[slipping] / self.interval, truth.normal, radius)
+            truth.velocity, truth.rotation_center = _twist_in_plane(nodes[slipping], -slide[slipping] / self.interval, truth.normal, radius)
 
     def _touches(self, state: SkinState, nodes: np.ndarray, region: Region, tool: Tool, pose: Pose) -> list[Touch]:
         """One Touch per touching part of the tool."""
@@ -216,10 +219,10 @@ class Observer:
             mine = part_of_node == part
             normal = region.normal if len(tool.parts) == 1 else areas[mine].sum(axis=0)
             normal = normal / np.linalg.norm(normal)
-            centre = pose.to_sensor(np.asarray(tool.places[part]))
+            centre = pose.to_sensor(np.asarray(tool.positions[part]))
             central = tool.tip_radius is None or tool.central
             position = region.part_centroids[part] if central else centre - [0, 0, tool.tip_radius]
-            if np.isnan(position[0]):  # its pressure is all below half of the usual one
+            if np.isnan(position[0]):  # its pressure is everywhere below half of the typical one
                 load = np.linalg.norm(state.force[mine], axis=1)
                 position = load @ nodes[mine] / load.sum()
             touching = self.skin.touching_height(tool.parts[part], pose.turn, centre[0], centre[1])
@@ -227,24 +230,24 @@ class Observer:
         return touches
 
 
-def off_tool(places: np.ndarray, tool: Tool, pose: Pose) -> np.ndarray:
+def off_tool(positions: np.ndarray, tool: Tool, pose: Pose) -> np.ndarray:
     """Points (K, 3), m; those that interpolation placed inside the tool are moved to its surface, in place."""
-    gap = tool.distance(pose.to_tool(places))
+    gap = tool.distance(pose.to_tool(positions))
     inside = np.flatnonzero(gap < 0)
     if len(inside):
-        depth, normal = tool.distance_and_normal(pose.to_tool(places[inside]))
-        places[inside] -= depth[:, None] * (normal @ pose.turn.T)
-    return places
+        depth, normal = tool.distance_and_normal(pose.to_tool(positions[inside]))
+        positions[inside] -= depth[:, None] * (normal @ pose.turn.T)
+    return positions
 
 
-def _way_along(tool: Tool, before: np.ndarray, now: np.ndarray) -> np.ndarray:
+def _slide_along(tool: Tool, before: np.ndarray, now: np.ndarray) -> np.ndarray:
     """Tangential displacements (k, 3), m, between points before and now (k, 3) in the tool frame; NaN where either is NaN."""
-    way = now - before
-    both = np.flatnonzero(np.isfinite(way[:, 0]))
-    if len(both):
-        normal = tool.distance_and_normal(now[both])[1]
-        way[both] -= np.einsum('ij,ij->i', way[both], normal)[:, None] * normal
-    return way
+    slide = now - before
+    common = np.flatnonzero(np.isfinite(slide[:, 0]))
+    if len(common):
+        normal = tool.distance_and_normal(now[common])[1]
+        slide[common] -= np.einsum('ij,ij->i', slide[common], normal)[:, None] * normal
+    return slide
 
 
 def _motion(before: Pose, now: Pose) -> np.ndarray:
@@ -253,14 +256,14 @@ def _motion(before: Pose, now: Pose) -> np.ndarray:
     return np.concatenate([now.origin - turn @ before.origin, cv2.Rodrigues(turn)[0].ravel()])
 
 
-def _twist_in_plane(places: np.ndarray, velocity: np.ndarray, normal: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def _twist_in_plane(positions: np.ndarray, velocity: np.ndarray, normal: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Least-squares twist (6,) at the sensor frame's origin of velocities (k, 3) at points (k, 3) of a plane; and its centre.
 
-    The centre (3,), m, is NaN if rotation moves the rim of a contact of this radius, m, slower than 5 % of the translation (chosen).
+    The centre (3,), m, is NaN if rotation moves the rim of a contact of this radius, m, slower than 5 % of the translation.
     """
-    middle, drift = places.mean(axis=0), velocity - (velocity @ normal)[:, None] * normal
+    middle, drift = positions.mean(axis=0), velocity - (velocity @ normal)[:, None] * normal
     mean = drift.mean(axis=0)
-    around = np.cross(normal, places - middle)
+    around = np.cross(normal, positions - middle)
     spin = float((around * (drift - mean)).sum() / (around**2).sum())
     centre = np.full(3, np.nan)
     if abs(spin) * radius > 0.05 * np.linalg.norm(mean):

@@ -14,8 +14,8 @@ from ..truth import FramesInOrder, SimulatedFrame, TruthFrame
 from .observe import Observation, Observer, off_tool
 from .specimen import Shutters, Specimen
 
-#: Node spacings per unit of the Frobenius norm of a change of rotation; chosen.
-_TOOL_SIZE = 7.1
+#: Node spacings that the surface of a tool moves per unit of the Frobenius norm of a change of rotation.
+_ROTATION_REACH = 7.1
 
 
 #: One instant in one camera, as Renderer.draw takes it: shape, from Skin.coarse, m; uv: (K, 2) px, of the dots; spread: (K, 2, 2) px/m,
@@ -78,13 +78,13 @@ class Scene(FramesInOrder[Observation]):
         return motion
 
     def _follow(self, motion: Motion, start: float, end: float):
-        """Move one tool from the time start to the time end, s, in steps of at most the skin's longest_step, and along the skin of at most
-        its longest_slide (at most 40 steps)."""
+        """Move one tool from the time start to the time end, s, in at most 40 steps, each of at most the skin's longest_step, and along
+        the skin its longest_slide."""
         first, last = motion.pose(start), motion.pose(end)
-        way = (np.linalg.norm(last.origin - first.origin) + np.linalg.norm(last.other - first.other)) / self.membrane.spacing
-        way += _TOOL_SIZE * np.linalg.norm(last.turn - first.turn)
+        travel = (np.linalg.norm(last.origin - first.origin) + np.linalg.norm(last.other - first.other)) / self.membrane.spacing
+        travel += _ROTATION_REACH * np.linalg.norm(last.turn - first.turn)
         slide = np.linalg.norm((last.origin - first.origin)[:2]) / self.membrane.spacing
-        steps = min(max(math.ceil(way / self.membrane.longest_step), math.ceil(slide / self.membrane.longest_slide), 1), 40)
+        steps = min(max(math.ceil(travel / self.membrane.longest_step), math.ceil(slide / self.membrane.longest_slide), 1), 40)
         before = first
         for part in range(1, steps + 1):
             now = motion.pose(start + (end - start) * part / steps)
@@ -146,6 +146,6 @@ class TwoCameraScene(Scene):
     def _glance(self, motion: Motion | None) -> Glance:
         """The present view of the right camera; motion: of the touching tool, None without one."""
         shape = self._contact.state.shape
-        correct = None if motion is None else (lambda places: off_tool(places, motion.tool, motion.pose(self._followed)))
+        correct = None if motion is None else (lambda positions: off_tool(positions, motion.tool, motion.pose(self._followed)))
         _, uv, spread = self._pattern.seen(shape, self.cameras[1], correct)
         return self.membrane.coarse(shape), uv, spread.astype(np.float32)

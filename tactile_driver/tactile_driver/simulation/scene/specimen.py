@@ -18,14 +18,14 @@ from ..skin.tools import Key
 
 Act = tuple[str, list[Key]]
 
-#: s: time without contact at the start of each scene, for taking a reference; chosen.
+#: s: time without contact at the start of each scene, for taking a reference.
 UNTOUCHED = 1.5
-#: s: the same for scenes that start together with all nodes, on a possibly busy machine; chosen.
+#: s: the same for scenes that start together with all nodes, on a possibly busy machine.
 STARTING = 4.0
-#: m and s: height above the skin from which a tool approaches, and duration of approach and retreat; chosen.
-_ABOVE, _COMING = -0.0015, 0.25
+#: m and s: height above the skin from which a tool approaches, and duration of approach and retreat.
+_ABOVE, _APPROACH_S = -0.0015, 0.25
 #: Largest offset of two exposures, in frame periods; below one half, so that exposures of the same number are the nearest ones.
-_MOST = 0.45
+_MAX_DELAY = 0.45
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Shutters:
     """Exposures of the right camera relative to those of the left one.
 
     offset: s, mean delay of the right camera; swing: s, amplitude of the slow drift of this delay, one period per scene; jitter: s,
-    standard deviation of single exposures; seed: of the jitter. The delay is limited to _MOST of a frame period.
+    standard deviation of single exposures; seed: of the jitter. The delay is limited to _MAX_DELAY of a frame period.
     """
 
     offset: float = 0.0
@@ -57,7 +57,7 @@ class Shutters:
     def delays(self, frames: int, rate: float) -> np.ndarray:
         """(frames,) s: delay of the right exposure of each frame of a scene at rate frames/s; negative where it is the earlier one."""
         drift = self.offset + self.swing * np.sin(2 * np.pi * np.arange(frames) / frames)
-        return np.clip(drift + np.random.default_rng([self.seed, 5]).normal(0, self.jitter, frames), -_MOST / rate, _MOST / rate)
+        return np.clip(drift + np.random.default_rng([self.seed, 5]).normal(0, self.jitter, frames), -_MAX_DELAY / rate, _MAX_DELAY / rate)
 
 
 @dataclass(frozen=True)
@@ -72,62 +72,63 @@ class Script:
     shutters: Shutters | None = None
 
 
-def act(tool: str, start: float, *places: dict, x: float = 0.0, y: float = 0.0) -> Act:
-    """A tool approaches from above to x, y, m, at the time start, s, goes through places and retreats.
+def act(tool: str, start: float, *waypoints: dict, x: float = 0.0, y: float = 0.0) -> Act:
+    """A tool approaches from above to x, y, m, at the time start, s, moves through waypoints and retreats.
 
-    places: fields of Key, with t in s after start; a field that a place omits keeps its value.
+    waypoints: fields of Key, with t in s after start; a field that a waypoint omits keeps its value.
     """
     keys = [Key(start, x, y, press=0.0)]
-    for place in places:
-        keys.append(replace(keys[-1], **{**place, 't': start + place['t']}))
+    for waypoint in waypoints:
+        keys.append(replace(keys[-1], **{**waypoint, 't': start + waypoint['t']}))
     first, last = (replace(key, press=_ABOVE) for key in (keys[0], keys[-1]))
-    return tool, [replace(first, t=start - _COMING), *keys, replace(last, t=last.t + _COMING)]
+    return tool, [replace(first, t=start - _APPROACH_S), *keys, replace(last, t=last.t + _APPROACH_S)]
 
 
-def acting(tool: str, *places: dict, **at: float) -> Callable[..., Act]:
-    """act, to be told its start."""
-    return lambda start: act(tool, start, *places, **at)
+def acting(tool: str, *waypoints: dict, **at: float) -> Callable[..., Act]:
+    """act, as a function of its start."""
+    return lambda start: act(tool, start, *waypoints, **at)
 
 
 def press(tool: str, x: float, y: float, *depths: float, start: float, move: float = 0.3, hold: float = 0.2) -> Act:
     """A tool is pressed in at x, y, m, and stops at each of the depths, m; move, hold: duration of each step and stop, s."""
-    places, t = [], 0.0
+    waypoints, t = [], 0.0
     for depth in depths:
-        places += [{'t': t + move, 'press': depth}, {'t': t + move + hold}]
+        waypoints += [{'t': t + move, 'press': depth}, {'t': t + move + hold}]
         t += move + hold
-    return act(tool, start, *places, {'t': t + move, 'press': 0.0}, x=x, y=y)
+    return act(tool, start, *waypoints, {'t': t + move, 'press': 0.0}, x=x, y=y)
 
 
-def session(tool: str, places: list[tuple], *depths: float) -> list[Callable[..., Act]]:
-    """A person with a stage presses a tool in at each of the places (x, y), m, and holds it still at each of the depths, m."""
-    return [partial(press, tool, x, y, *depths, move=0.6, hold=0.7) for x, y in places]
+def session(tool: str, positions: list[tuple], *depths: float) -> list[Callable[..., Act]]:
+    """A person with a stage presses a tool in at each of the positions (x, y), m, and holds it still at each of the depths, m."""
+    return [partial(press, tool, x, y, *depths, move=0.6, hold=0.7) for x, y in positions]
 
 
-def by_the_step(tool: str, places: Sequence[tuple], *depths: float) -> tuple[Act, ...]:
-    """A stage presses a tool in at each of the places (x, y), m, or (x, y, depth), m, and stops there at each of the depths, m; at 2
+def by_the_step(tool: str, positions: Sequence[tuple], *depths: float) -> tuple[Act, ...]:
+    """A stage presses a tool in at each of the positions (x, y), m, or (x, y, depth), m, and stops there at each of the depths, m; at 2
     frames/s each stop is one frame."""
-    return one_after_the_other([partial(press, tool, *place, *depths, move=0.25, hold=0.25) for place in places], untouched=1.75, pause=0.5)
+    return one_after_the_other([partial(press, tool, *position, *depths, move=0.25, hold=0.25) for position in positions],
+                               untouched=1.75, pause=0.5)
 
 
-def drag(tool: str, x: float, y: float, depth: float, way_x: float, way_y: float, *, start: float, duration: float = 1.5) -> Act:
-    """A tool is pressed in by depth, m, at x, y, m, and then moves by (way_x, way_y), m, along the skin within duration, s."""
-    return act(tool, start, {'t': 0.4, 'press': depth}, {'t': 0.6}, {'t': 0.6 + duration, 'x': x + way_x, 'y': y + way_y},
+def drag(tool: str, x: float, y: float, depth: float, dx: float, dy: float, *, start: float, duration: float = 1.5) -> Act:
+    """A tool is pressed in by depth, m, at x, y, m, and then moves by (dx, dy), m, along the skin within duration, s."""
+    return act(tool, start, {'t': 0.4, 'press': depth}, {'t': 0.6}, {'t': 0.6 + duration, 'x': x + dx, 'y': y + dy},
                {'t': 0.8 + duration}, {'t': 1.2 + duration, 'press': 0.0}, x=x, y=y)
 
 
-def one_of_two(tool: str, x: float, y: float, depth: float, yaw: float, deeper: float, way: float, *, start: float) -> Act:
+def one_of_two(tool: str, x: float, y: float, depth: float, yaw: float, deeper: float, travel: float, *, start: float) -> Act:
     """A tool of two parts, turned by yaw, rad, is pressed in by depth, m, at x, y, m; then the part at x > 0 goes deeper, m, and moves by
-    way, m, away from the other."""
-    aside = {'other_x': way * math.cos(yaw), 'other_y': way * math.sin(yaw)}
+    travel, m, away from the other."""
+    apart = {'other_x': travel * math.cos(yaw), 'other_y': travel * math.sin(yaw)}
     name, keys = act(tool, start, {'t': 0.4, 'press': depth}, {'t': 0.6}, {'t': 0.9, 'other_press': deeper}, {'t': 1.1},
-                     {'t': 2.1, **aside}, {'t': 2.3}, {'t': 2.7, 'press': 0.0, 'other_press': 0.0}, x=x, y=y)
+                     {'t': 2.1, **apart}, {'t': 2.3}, {'t': 2.7, 'press': 0.0, 'other_press': 0.0}, x=x, y=y)
     return name, [replace(key, yaw=yaw) for key in keys]
 
 
 def one_after_the_other(acts: list[Callable[[float], Act]], untouched: float = UNTOUCHED, pause: float = 1.0) -> tuple[Act, ...]:
     """The acts in sequence. acts: functions of the keyword start, s; untouched: s, before the first act; pause: s, between two acts."""
-    played, t = [], untouched + _COMING
+    played, t = [], untouched + _APPROACH_S
     for play in acts:
         played.append(play(start=t))
-        t = played[-1][1][-1].t + pause + _COMING
+        t = played[-1][1][-1].t + pause + _APPROACH_S
     return tuple(played)

@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated camera sensors and their scenes. Constants without another source are chosen for the simulated specimen."""
+"""The simulated camera sensors and their scenes. Constants without a source are those of the simulated specimen."""

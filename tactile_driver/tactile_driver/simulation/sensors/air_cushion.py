@@ -16,18 +16,19 @@ from ..skin.surfaces import Membrane
 from .marker_sheet import built_camera
 
 _RIM, _HEIGHT = 0.150, 0.120
-#: m: radius of the sphere of which the dome is a cap; derived.
+#: m: radius of the sphere of which the dome is a cap.
 _BALL = (_RIM**2 + _HEIGHT**2) / (2 * _HEIGHT)
-#: Pa: gauge pressure inside (chosen), and atmospheric pressure.
+#: Pa: gauge pressure inside, and atmospheric pressure.
 _BLOWN_UP, _AIR = 1400.0, 101325.0
+#: The skin's nodes are 5 mm apart: deeper than about 24 mm the small tip slips through between them.
 _TIP, _SMALL_TIP = 'ball_30mm', 'ball_8mm'
 _ROWS = _COLUMNS = 17
 _PITCH, _RADIUS = 0.0140, 0.0046
-#: m: largest distance of a circle from the top, along the skin; chosen.
+#: m: largest distance of a circle from the top, along the skin.
 _PRINTED = 0.118
 #: Node spacings that a tip moves at most in one step of contact; a press in two frames leaves markers up to 0.08 mm off, with 0.95
-#: up to 0.42. And when a step has settled; with the usual 0.005 and 6, the skin under a tip that stands still went on moving, which
-#: looked like a tip that moves by up to 3 mm.
+#: up to 0.42. And when a step has settled; with the usual 0.005 and 6, the skin under a tip at rest kept moving, as under a
+#: tip that moves by up to 3 mm.
 _STEP, _SETTLED, _LINEARISATIONS = 0.25, 0.001, 20
 _SPEED = 0.08  # m/s of the zones' stage: at 20 frames/s, circles overlap themselves from frame to frame
 _IMAGING = Imaging(blur=1.0, read_noise=2.6, shot_noise=0.06, ink=(-5.4, -5.7, -5.6), housing=1.5, cosine=1.5, stop=0.0)
@@ -35,29 +36,29 @@ _LAMPS = Lamps(tuple((0.022 * np.cos(a), 0.022 * np.sin(a), -0.036) for a in (0.
                (0.105, 0.100, 0.098), exposure=1.4)
 
 
-def _on_dome(places: np.ndarray) -> np.ndarray:
+def _on_dome(positions: np.ndarray) -> np.ndarray:
     """Points (K, 3), m, on the resting dome at offsets (K, 2), m, from its top along the skin."""
-    way = np.linalg.norm(places, axis=1)
-    sideways = np.sinc(way / _BALL / np.pi)[:, None] * places
-    return np.column_stack([sideways, _HEIGHT - _BALL + _BALL * np.cos(way / _BALL)])
+    distance = np.linalg.norm(positions, axis=1)
+    sideways = np.sinc(distance / _BALL / np.pi)[:, None] * positions
+    return np.column_stack([sideways, _HEIGHT - _BALL + _BALL * np.cos(distance / _BALL)])
 
 
 def _regular(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
     """A grid of circles without its corners."""
     v, u = np.mgrid[:_ROWS, :_COLUMNS].reshape(2, -1)
-    places = np.stack([u - (_COLUMNS - 1) / 2, v - (_ROWS - 1) / 2], axis=1) * _PITCH
-    numbers = np.flatnonzero(np.linalg.norm(places, axis=1) <= _PRINTED)
-    places = places[numbers] + rng.normal(0, 0.25e-3, (len(numbers), 2)) + rng.normal(0, 0.8e-3, 2)
-    return LargeDots(membrane, _on_dome(places), uneven(_RADIUS, 0.03, len(places), rng), numbers, _ROWS, _COLUMNS)
+    positions = np.stack([u - (_COLUMNS - 1) / 2, v - (_ROWS - 1) / 2], axis=1) * _PITCH
+    numbers = np.flatnonzero(np.linalg.norm(positions, axis=1) <= _PRINTED)
+    positions = positions[numbers] + rng.normal(0, 0.25e-3, (len(numbers), 2)) + rng.normal(0, 0.8e-3, 2)
+    return LargeDots(membrane, _on_dome(positions), uneven(_RADIUS, 0.03, len(positions), rng), numbers, _ROWS, _COLUMNS)
 
 
 def _random(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
     """Circles at random positions, at least 2.5 radii apart."""
-    places = np.zeros((0, 2))
-    for place in rng.uniform(-_PRINTED, _PRINTED, (6000, 2)):
-        if np.linalg.norm(place) <= _PRINTED and (np.linalg.norm(places - place, axis=1) > 2.5 * _RADIUS).all():
-            places = np.vstack([places, place])
-    return LargeDots(membrane, _on_dome(places), uneven(_RADIUS, 0.03, len(places), rng), np.arange(len(places)))
+    positions = np.zeros((0, 2))
+    for position in rng.uniform(-_PRINTED, _PRINTED, (6000, 2)):
+        if np.linalg.norm(position) <= _PRINTED and (np.linalg.norm(positions - position, axis=1) > 2.5 * _RADIUS).all():
+            positions = np.vstack([positions, position])
+    return LargeDots(membrane, _on_dome(positions), uneven(_RADIUS, 0.03, len(positions), rng), np.arange(len(positions)))
 
 
 def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
@@ -74,45 +75,45 @@ def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
     return Specimen('air_cushion', membrane, pattern(membrane, rng), (camera,), (renderer,))
 
 
-def _places(count: int, reach: float, rng: np.random.Generator) -> list[tuple]:
+def _positions(count: int, reach: float, rng: np.random.Generator) -> list[tuple]:
     """Random positions (x, y), m, stratified over a disc of radius reach, m."""
-    way, angle = reach * np.sqrt((np.arange(count) + rng.uniform(0, 1, count)) / count), rng.uniform(0, 2 * np.pi, count)
-    return list(zip(way * np.cos(angle), way * np.sin(angle)))
+    distance, angle = reach * np.sqrt((np.arange(count) + rng.uniform(0, 1, count)) / count), rng.uniform(0, 2 * np.pi, count)
+    return list(zip(distance * np.cos(angle), distance * np.sin(angle)))
 
 
-def _presses(tool: str, places: list, deepest: float, count: int, rng: np.random.Generator) -> list:
-    """Acts of a tool that is pressed in at each of the places (x, y), m, to count increasing depths up to deepest, m."""
+def _presses(tool: str, positions: list, deepest: float, count: int, rng: np.random.Generator) -> list:
+    """Acts of a tool that is pressed in at each of the positions (x, y), m, to count increasing depths up to deepest, m."""
     return [partial(press, tool, x, y, *np.sort((np.arange(count) + rng.uniform(0.2, 1.0, count)) * deepest / count).tolist(), move=0.4)
-            for x, y in places]
+            for x, y in positions]
 
 
 def _calibration(rng: np.random.Generator) -> list:
     """Presses of one indenter over the whole dome to all depths, and drags."""
-    acts = _presses(_TIP, _places(45, 0.075, rng), 0.042, 3, rng)
+    acts = _presses(_TIP, _positions(45, 0.075, rng), 0.042, 3, rng)
     return acts + [partial(drag, _TIP, x, y, 0.020, 0.030 * np.cos(a), 0.030 * np.sin(a), duration=3.0)
-                   for (x, y), a in zip(_places(6, 0.040, rng), rng.uniform(0, 2 * np.pi, 6))]
+                   for (x, y), a in zip(_positions(6, 0.040, rng), rng.uniform(0, 2 * np.pi, 6))]
 
 
 def _test(rng: np.random.Generator) -> list:
     """Presses at other positions, with indenters of half to twice the calibrated size."""
     return [act for tool in (_TIP, 'ball_15mm', 'ball_22mm', 'ball_42mm', 'ball_60mm')
-            for act in _presses(tool, _places(4, 0.068, rng), 0.040, 3, rng)]
+            for act in _presses(tool, _positions(4, 0.068, rng), 0.040, 3, rng)]
 
 
 def _steadily(tool: str, x: float, y: float, *depths: float, start: float) -> Act:
     """A stage presses a tool in at x, y, m, at one speed, and stops at each of the depths, m."""
-    places, t = [], 0.0
+    positions, t = [], 0.0
     for before, depth in pairwise((0.0, *depths)):
         t += (depth - before) / _SPEED
-        places += [{'t': t, 'press': depth}, {'t': t + 0.1}]
+        positions += [{'t': t, 'press': depth}, {'t': t + 0.1}]
         t += 0.1
-    return act(tool, start, *places, {'t': t + depths[-1] / _SPEED, 'press': 0.0}, x=x, y=y)
+    return act(tool, start, *positions, {'t': t + depths[-1] / _SPEED, 'press': 0.0}, x=x, y=y)
 
 
 def _zones(*depths: float, tool: str = _TIP, reach: float = 0.070) -> tuple[Act, ...]:
     """Presses of a tool at ten zones within the reach, m, from the top, to depths, m."""
-    places = _places(10, reach, np.random.default_rng(7))
-    return one_after_the_other([partial(_steadily, tool, x, y, *depths) for x, y in places], pause=0.05)
+    positions = _positions(10, reach, np.random.default_rng(7))
+    return one_after_the_other([partial(_steadily, tool, x, y, *depths) for x, y in positions], pause=0.05)
 
 
 _random_cushion = partial(air_cushion, pattern=_random)
@@ -125,9 +126,10 @@ _OF_BOTH = {
         partial(drag, _TIP, -0.030, -0.035, 0.022, 0.060, 0.015, duration=2.5),
         partial(press, 'fists_70mm', 0.0, 0.010, 0.010, 0.022, move=0.6)], untouched=STARTING),
     'calibration': one_after_the_other(_calibration(np.random.default_rng(5)), pause=0.3),
-    **{f'{name}zones{of}': _zones(*depths, tool=tool, reach=reach)
-       for name, tool, reach in (('', _TIP, 0.070), ('near_', _SMALL_TIP, 0.035))
-       for of, depths in (('_calibration', (0.008, 0.016, 0.024, 0.032)), ('', (0.012, 0.020, 0.028)))},
+    **{f'{name}zones{of}': _zones(*depths, tool=tool, reach=reach) for name, tool, reach, scenes in (
+        ('', _TIP, 0.070, {'_calibration': (0.008, 0.016, 0.024, 0.032), '': (0.012, 0.020, 0.028)}),
+        ('near_', _SMALL_TIP, 0.035, {'_calibration': (0.005, 0.010, 0.015, 0.020), '': (0.0075, 0.0125, 0.0175)}))
+       for of, depths in scenes.items()},
 }
 
 AIR_CUSHION_SCENES: dict[str, Script] = {f'air_cushion_{name}': Script(air_cushion, acts) for name, acts in {
@@ -137,6 +139,6 @@ AIR_CUSHION_SCENES: dict[str, Script] = {f'air_cushion_{name}': Script(air_cushi
     'two': one_after_the_other([partial(press, f'fists_{mm}mm', x, y, 0.012, 0.024, move=0.5)
                                 for mm, x, y in ((70, 0.0, 0.0), (56, 0.010, -0.020), (42, -0.015, 0.015))], pause=0.5),
     'test': one_after_the_other(_test(np.random.default_rng(6)), pause=0.3),
-    'session': one_after_the_other(session(_TIP, _places(12, 0.075, np.random.default_rng(8)), 0.010, 0.020, 0.040)),
+    'session': one_after_the_other(session(_TIP, _positions(12, 0.075, np.random.default_rng(8)), 0.010, 0.020, 0.040)),
 }.items()} | {f'air_cushion_random_{name}': Script(_random_cushion, acts) for name, acts in _OF_BOTH.items()} | {
     'air_cushion_rest': Script(air_cushion, duration=10.0)}

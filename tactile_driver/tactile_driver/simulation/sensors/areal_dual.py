@@ -23,9 +23,9 @@ _LAMPS = Lamps(tuple((x, y, -0.042) for x in (-0.088, 0.086) for y in (-0.036, 0
 _IMAGING = Imaging(blur=0.9, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=2.0, stop=0.05)
 _DISTORTION = (-0.04, 0.005, 2e-4, 3e-4, 0.0)
 _OFF_CENTRE = 0.0292  # m, along x, from the centre of the sheet to each camera
-#: Exposure of the right camera relative to the left one; chosen.
+#: Exposure of the right camera relative to the left one.
 _EXPOSURE = 1.2
-#: Cameras without a trigger: the right one is 6 ms earlier to 12 ms later than the left one; as USB cameras of 30 Hz may be. Chosen.
+#: Cameras without a trigger: the right one is 6 ms earlier to 12 ms later than the left one; as USB cameras of 30 Hz may be
 _FREE = Shutters(offset=0.003, swing=0.009, jitter=2e-4)
 
 
@@ -40,7 +40,7 @@ def areal_dual(seed: int, thick: bool = False) -> Specimen:
     stiffer = 1 + rng.normal(0, 0.03)
     skin = (0.0, np.inf, _THICK * stiffer, 97, _FOUNDATION) if thick else (70.0 * stiffer, 1.25, 3.5e-4, 97)
     sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], *skin)
-    cameras = tuple(built_camera(rng, 289.0, centre, _DISTORTION, turn, place, _SIZE, _SIZE[0]) for centre, turn, place in (
+    cameras = tuple(built_camera(rng, 289.0, centre, _DISTORTION, turn, position, _SIZE, _SIZE[0]) for centre, turn, position in (
         ((241.0, 318.0), (0.006, -0.010, -0.022), (_OFF_CENTRE, 0.0006, 0.0465)),
         ((238.0, 321.0), (-0.005, 0.012, 0.026), (-_OFF_CENTRE, -0.0008, 0.0460))))
     pattern = markers(sheet, 11, 14, (0.0094, 0.0082), 0.0021, rng)
@@ -62,7 +62,7 @@ def _test(rng: np.random.Generator) -> list:
     return acts + drags(_TIP, 4, _HALF, (0.0015, 0.0045), 0.018, rng)
 
 
-#: m: places of table 2 of the paper areal_sensor_contact_position, at 10 px a mm; and those of table 4, path by path.
+#: m: positions of table 2 of the paper areal_sensor_contact_position, at 10 px a mm; and those of table 4, path by path.
 _TABLE_2 = [(-0.0367, -0.0255), (0.0367, -0.0255), (0.0367, 0.0255), (-0.0367, 0.0255), (-0.0367, 0.0), (0.0367, 0.0), (0.0, -0.0255),
             (0.0, 0.0255), (0.0, 0.0)]
 _TABLE_4 = [(-0.0210, -0.0107), (-0.0010, 0.0043), (0.0231, 0.0092), (-0.0259, -0.0128), (-0.0165, 0.0173), (-0.0015, 0.0013),

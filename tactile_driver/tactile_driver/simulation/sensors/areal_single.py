@@ -51,7 +51,7 @@ def _test(rng: np.random.Generator) -> list:
 
 
 def _session() -> tuple[Act, ...]:
-    """Presses as a person makes them: at twelve places; one that slides at once, one without a pause before it."""
+    """Presses as a person makes them: at twelve positions; one that slides at once, one without a pause before it."""
     acts = session(_TIP, grid((0.021, 0.0155), 4, 3), 0.002, 0.004, 0.006)
     acts.insert(3, partial(drag, _TIP, -0.008, 0.002, 0.004, 0.012, 0.0))
     first = one_after_the_other(acts[:2], pause=1.6)
@@ -59,8 +59,8 @@ def _session() -> tuple[Act, ...]:
     return (*first, hasty, *one_after_the_other(acts[2:], untouched=hasty[1][-1].t + 1.6, pause=1.6))
 
 
-#: m: places of table 1 of the paper areal_sensor_contact_position, and the depth at each, three times each.
-_TABLE_1 = [place for place in ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055, 0.007), (-0.0140, -0.0115, 0.013)) for _ in range(3)]
+#: m: positions of table 1 of the paper areal_sensor_contact_position, and the depth at each, three times each.
+_TABLE_1 = [position for position in ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055, 0.007), (-0.0140, -0.0115, 0.013)) for _ in range(3)]
 #: The experiments of the paper.
 _PAPERS = {
     'plate': by_the_step('plate_57x39mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 14))),

@@ -3,7 +3,7 @@
 """A simulated gel with a camera under it: a clear elastic layer on a window, dark dots near its surface; or, as TacTip's, white pins under
 a soft skin, whose tips the camera sees; and their scenes.
 
-The skin over pins is the surface of the gel. A pin is rigid and stands on it: its tip moves with the place where it stands, and by its
+The skin over pins is the surface of the gel. A pin is rigid and stands on it: its tip moves with the position where it stands, and by its
 length as the skin tilts there.
 """
 from __future__ import annotations
@@ -27,13 +27,13 @@ from ..truth import NON_CONTACT, SLIPPING, STICKING, FramesInOrder, SimulatedFra
 
 #: The gel as made; silicone, the size and stiffness of a fingertip's.
 MATERIAL = Material(thickness=4.0e-3, depth=0.4e-3, young=0.22e6, poisson=0.48)
-#: px of the native image; m, from the camera to the surface, over whose axis the frame's origin is; chosen.
+#: px of the native image; m, from the camera to the surface, over whose axis the frame's origin is.
 FOCAL, DISTANCE = 760.0, 0.0230
 PITCH, ROWS, COLUMNS = 1.5e-3, 9, 12
 _HALF = (0.012, 0.009)  # m, of the gel that the camera sees
 _DOT = 0.24e-3  # m, radius
 _STEP = 0.10e-3  # m, that an object moves in one step of contact; half of it changes forces by 1 %
-#: m, distance of neighbouring pins, and their length; rings of pins around the one in the middle: 127 pins. Chosen.
+#: m, distance of neighbouring pins, and their length; rings of pins around the one in the middle: 127 pins
 SPACING, LENGTH, RINGS = 1.35e-3, 1.0e-3, 6
 _TILT = 1e-5  # m, over which the skin's slope is taken
 
@@ -62,13 +62,13 @@ class GelScene(FramesInOrder[TruthFrame]):
         self._keys = np.array(script.keys, float)
         self.frames = max(int(round((self._keys[-1, 0] + 0.5) * rate)), 1)
         self.duration = self.frames / rate
-        self.places = pins(rng) if self._pins else dot_places(script.printed == 'grid', rng)
-        self._radius = uneven(_DOT, 0.05, len(self.places), rng)
+        self.positions = pins(rng) if self._pins else dot_positions(script.printed == 'grid', rng)
+        self._radius = uneven(_DOT, 0.05, len(self.positions), rng)
         self._contact = GelContact(MATERIAL, script.indenter, script.friction)
         self._known: list[TruthFrame] = []
         self._at = self._keys[0, 1:]
         sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 50.0, 1.3, 1e-4, 33)
-        angle = rng.uniform(0, 2 * np.pi)  # of an LED beside the gel; the brightest place is twice as bright as the darkest
+        angle = rng.uniform(0, 2 * np.pi)  # of an LED beside the gel; the brightest position is twice as bright as the darkest
         light = Lamps(((0.03 * np.cos(angle), 0.03 * np.sin(angle), -0.03),), (100.0,), 0.042, 55.0, (0.97, 1.0, 0.94), exposure=1.0)
         self._renderer = Renderer(sheet, self.camera, light, Imaging(blur=1.0, read_noise=1.2, shot_noise=0.02, ink=0.8), seed)
         self._shape = sheet.coarse(sheet.rest)
@@ -93,17 +93,17 @@ class GelScene(FramesInOrder[TruthFrame]):
         return self._truth(state)
 
     def _truth(self, state: GelState | None) -> TruthFrame:
-        ids, response = np.arange(len(self.places)), self._contact.response
+        ids, response = np.arange(len(self.positions)), self._contact.response
         if state is None:
-            return TruthFrame(ids, self.camera.project(self.places), self.places, np.full(len(ids), NON_CONTACT, np.uint8))
-        places = pin_tips(response, self.places, state) if self._pins else \
-            self.places + _moved(response, self.places[:, :2], state, 'dots')
-        truth = TruthFrame(ids, self.camera.project(places), places, self._states(state))
-        cell, touched = self._contact.cell, np.pad(state.places + state.shift, ((0, 0), (0, 1)))
+            return TruthFrame(ids, self.camera.project(self.positions), self.positions, np.full(len(ids), NON_CONTACT, np.uint8))
+        positions = pin_tips(response, self.positions, state) if self._pins else \
+            self.positions + _moved(response, self.positions[:, :2], state, 'dots')
+        truth = TruthFrame(ids, self.camera.project(positions), positions, self._states(state))
+        cell, touched = self._contact.cell, np.pad(state.positions + state.shift, ((0, 0), (0, 1)))
         truth.area, truth.normal = len(touched) * cell**2, np.array([0.0, 0.0, 1.0])
         truth.centroid = touched.mean(axis=0) - [0.0, 0.0, state.depth]
         shift = np.append(state.shift, 0.0)
-        truth.outlines, truth.holes = ([line + shift for line in lines] for lines in _outlines(state.places, cell))
+        truth.outlines, truth.holes = ([line + shift for line in lines] for lines in _outlines(state.positions, cell))
         total, torque = state.force.sum(axis=0), np.cross(touched, state.force).sum(axis=0)
         truth.wrench = np.concatenate([total, torque])
         truth.contacts = [Touch(np.append(state.middle, -state.depth), truth.normal, float(state.depth), float(-total[2]))]
@@ -113,7 +113,7 @@ class GelScene(FramesInOrder[TruthFrame]):
 
     def _states(self, state: GelState) -> np.ndarray:
         """(K,) uint8, of the dots under cells that touch."""
-        off = np.abs(self.places[:, None, :2] - state.places).max(axis=2)
+        off = np.abs(self.positions[:, None, :2] - state.positions).max(axis=2)
         nearest = off.argmin(axis=1)
         found = np.where(state.slides[nearest], SLIPPING, STICKING)
         return np.where(off.min(axis=1) <= self._contact.cell / 2, found, NON_CONTACT).astype(np.uint8)
@@ -121,7 +121,7 @@ class GelScene(FramesInOrder[TruthFrame]):
 
 def _moved(response: Response, points: np.ndarray, state: GelState, where: str) -> np.ndarray:
     """(N, 3) m, by which points (N, 2), m, 'surface' or 'dots', move under the forces of a state."""
-    return np.einsum('dipj,pj->di', response.matrix(points, state.places, where), state.force)
+    return np.einsum('dipj,pj->di', response.matrix(points, state.positions, where), state.force)
 
 
 def pins(rng: np.random.Generator) -> np.ndarray:
@@ -142,22 +142,22 @@ def pin_tips(response: Response, rest: np.ndarray, state: GelState) -> np.ndarra
     return tips
 
 
-def dot_places(grid: bool, rng: np.random.Generator) -> np.ndarray:
+def dot_positions(grid: bool, rng: np.random.Generator) -> np.ndarray:
     """(K, 3) m, of the dots at rest: an uneven grid, or as many at random, at least 0.7 pitches apart."""
     if grid:
         v, u = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)
         xy = (np.stack([u, v], axis=1) - (np.array([COLUMNS, ROWS]) - 1) / 2) * PITCH + rng.normal(0, 0.03 * PITCH, (u.size, 2))
     else:
         half, xy = (np.array([COLUMNS, ROWS]) - 1) / 2 * PITCH, np.zeros((0, 2))
-        for place in rng.uniform(-half, half, (4000, 2)):
-            if len(xy) < ROWS * COLUMNS and (np.hypot(*(xy - place).T) > 0.7 * PITCH).all():
-                xy = np.vstack([xy, place])
+        for position in rng.uniform(-half, half, (4000, 2)):
+            if len(xy) < ROWS * COLUMNS and (np.hypot(*(xy - position).T) > 0.7 * PITCH).all():
+                xy = np.vstack([xy, position])
     return np.column_stack([xy, np.full(len(xy), -MATERIAL.depth)])
 
 
-def _outlines(places: np.ndarray, cell: float) -> tuple[list, list]:
-    """Outlines and holes, lists of (n, 3) m, of the cells at places (M, 2) m."""
-    at = np.round(places / cell).astype(int)
+def _outlines(positions: np.ndarray, cell: float) -> tuple[list, list]:
+    """Outlines and holes, lists of (n, 3) m, of the cells at positions (M, 2) m."""
+    at = np.round(positions / cell).astype(int)
     low = at.min(axis=0) - 2
     picture = np.zeros((at - low).max(axis=0)[::-1] + 3, np.uint8)
     picture[tuple((at - low).T[::-1])] = 1
@@ -176,9 +176,9 @@ _DEMO = GelScript(_BALL, [(1.5, -0.002, 0.001, -2e-4), (2.0, -0.002, 0.001, 6e-4
                           (4.0, -0.0012, 0.0013, 9e-4), (4.3, -0.0012, 0.0013, 9e-4), (4.8, -0.0012, 0.0013, -2e-4)])
 
 
-def _presses(places: Sequence[tuple[float, float]], *depths: float) -> GelScript:
-    """A ball pressed into pins to each of the depths, m, at each of the places, mm, in turn; a quarter of a second at each depth."""
-    stops = [(1e-3 * x, 1e-3 * y, depth) for x, y in places for depth in (-2e-4, *depths, -2e-4)]
+def _presses(positions: Sequence[tuple[float, float]], *depths: float) -> GelScript:
+    """A ball pressed into pins to each of the depths, m, at each of the positions, mm, in turn; a quarter of a second at each depth."""
+    stops = [(1e-3 * x, 1e-3 * y, depth) for x, y in positions for depth in (-2e-4, *depths, -2e-4)]
     return GelScript(Indenter(0.005), [(1 + 0.25 * k, *stop) for k, stop in enumerate(stops)], printed='pins')
 
 

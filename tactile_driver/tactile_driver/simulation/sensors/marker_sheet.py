@@ -12,10 +12,10 @@ from ..optics.pattern import LargeDots, uneven
 from ..scene.specimen import Act, drag, one_after_the_other, press
 from ..skin.surfaces import Sheet
 
-#: Light from a marker relative to the light from the surrounding sheet, B, G, R; chosen.
+#: Light from a marker relative to the light from the surrounding sheet, B, G, R.
 _MARKER = (6.5, 16.0, 5.6)
 INK = tuple(1 - share for share in _MARKER)
-#: Reflectance of the sheet, B, G, R; chosen.
+#: Reflectance of the sheet, B, G, R.
 SHEET_COLOUR = (0.062, 0.066, 0.060)
 
 
@@ -24,54 +24,54 @@ def markers(sheet: Sheet, rows: int, columns: int, pitch: tuple, radius: float, 
     v, u = np.mgrid[:rows, :columns].reshape(2, -1)
     x, y = (u - (columns - 1) / 2) * pitch[0], (v - (rows - 1) / 2) * pitch[1]
     turn = rng.normal(0, 0.003)
-    places = np.stack([x - turn * y, y + turn * x, np.zeros_like(x)], axis=1)
-    places[:, :2] += rng.normal(0, 0.010 * pitch[1], (len(places), 2)) + rng.normal(0, 0.15e-3, 2)
-    return LargeDots(sheet, places, uneven(radius, 0.035, len(places), rng), np.arange(len(places)), rows, columns)
+    positions = np.stack([x - turn * y, y + turn * x, np.zeros_like(x)], axis=1)
+    positions[:, :2] += rng.normal(0, 0.010 * pitch[1], (len(positions), 2)) + rng.normal(0, 0.15e-3, 2)
+    return LargeDots(sheet, positions, uneven(radius, 0.035, len(positions), rng), np.arange(len(positions)), rows, columns)
 
 
-def built_camera(rng: np.random.Generator, focal: float, centre: tuple, distortion: tuple, turn: tuple, place: tuple, native: tuple,
+def built_camera(rng: np.random.Generator, focal: float, centre: tuple, distortion: tuple, turn: tuple, position: tuple, native: tuple,
                  width: int) -> SimulatedCamera:
-    """A camera as from camera.mounted, with random manufacturing tolerances (chosen)."""
+    """A camera as from camera.mounted, with random manufacturing tolerances."""
     focal *= 1 + rng.normal(0, 0.004)
     return mounted((focal, focal * (1 + rng.normal(0, 0.001))), np.add(centre, rng.normal(0, 2.0, 2)), distortion,
-                   np.add(turn, rng.normal(0, 0.003, 3)), np.add(place, rng.normal(0, 0.15e-3, 3)), native, width)
+                   np.add(turn, rng.normal(0, 0.003, 3)), np.add(position, rng.normal(0, 0.15e-3, 3)), native, width)
 
 
-def presses(tool: str, places: list, half: tuple, deepest: float, count: int, rng: np.random.Generator) -> list:
-    """Acts of a tool that is pressed in at each of the places (x, y), m, to count increasing depths up to deepest, m.
+def presses(tool: str, positions: list, half: tuple, deepest: float, count: int, rng: np.random.Generator) -> list:
+    """Acts of a tool that is pressed in at each of the positions (x, y), m, to count increasing depths up to deepest, m.
 
     half: half size (x, y) of the sheet, m; near the border the depth is limited to 0.85 of the distance to it.
     """
     acts = []
-    for x, y in places:
+    for x, y in positions:
         limit = min(deepest, 0.85 * min(half[0] - abs(x), half[1] - abs(y)))
         depths = np.sort((np.arange(count) + rng.uniform(0.1, 1.0, count)) * limit / count)
         acts.append(partial(press, tool, x, y, *depths.tolist()))
     return acts
 
 
-#: m: how well the tip of a stage is set over a marker, which is printed inside an opaque sheet; chosen.
-_PLACED = 1e-3
+#: m: standard deviation of a stage's tip from a marker, which is hidden by the opaque sheet.
+_STAGE_SIGMA = 1e-3
 
 
-def stage_presses(tool: str, places: list, depths: tuple, half: tuple, times: int, rng: np.random.Generator) -> tuple[Act, ...]:
-    """A stage presses a tool in at each of the places (x, y), m, so many times, as well as it is set there, and stops at each of the
+def stage_presses(tool: str, positions: list, depths: tuple, half: tuple, times: int, rng: np.random.Generator) -> tuple[Act, ...]:
+    """A stage presses a tool in at each of the positions (x, y), m, several times, with the stage's error, and stops at each of the
     depths, m, that presses allows; as specimen.by_the_step."""
     acts = []
-    for x, y in np.repeat(places, times, axis=0) + rng.normal(0, _PLACED, (len(places) * times, 2)):
+    for x, y in np.repeat(positions, times, axis=0) + rng.normal(0, _STAGE_SIGMA, (len(positions) * times, 2)):
         limit = 0.85 * min(half[0] - abs(x), half[1] - abs(y))
         acts.append(partial(press, tool, x, y, *(depth for depth in depths if depth <= limit), move=0.25, hold=0.25))
     return one_after_the_other(acts, untouched=1.75, pause=0.5)
 
 
-def drags(tool: str, count: int, half: tuple, depths: tuple, way: float, rng: np.random.Generator) -> list:
+def drags(tool: str, count: int, half: tuple, depths: tuple, length: float, rng: np.random.Generator) -> list:
     """Acts of a tool that is pressed in at random near the centre of a sheet of half size half (x, y), m, to a random depth in depths
-    (least, largest), m, and then moves by way, m, in a random direction."""
+    (smallest, largest), m, and then moves by a length, m, in a random direction."""
     acts = []
     for _ in range(count):
         x, y = rng.uniform(-0.35, 0.35, 2) * half
         angle = rng.uniform(0, 2 * np.pi)
-        acts.append(partial(drag, tool, x, y, rng.uniform(*depths), way * np.cos(angle), way * np.sin(angle)))
+        acts.append(partial(drag, tool, x, y, rng.uniform(*depths), length * np.cos(angle), length * np.sin(angle)))
     return acts
 
 

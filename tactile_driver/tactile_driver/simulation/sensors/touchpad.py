@@ -33,9 +33,9 @@ def touchpad_dots(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
     v, u = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)
     slope = np.stack([(u - (COLUMNS - 1) / 2) * pitch / _FOCAL, (v - (ROWS - 1) / 2) * pitch / _FOCAL, np.ones(u.size)], axis=1)
     rays = slope / np.linalg.norm(slope, axis=1, keepdims=True)
-    places = membrane.seen_at_rest(np.array([0, 0, -_DISTANCE]), rays)
-    places += rng.normal(0, jitter, places.shape)
-    return DotPattern(membrane, places, uneven(0.40e-3, 0.05, len(places), rng), np.arange(len(places)), ROWS, COLUMNS)
+    positions = membrane.seen_at_rest(np.array([0, 0, -_DISTANCE]), rays)
+    positions += rng.normal(0, jitter, positions.shape)
+    return DotPattern(membrane, positions, uneven(0.40e-3, 0.05, len(positions), rng), np.arange(len(positions)), ROWS, COLUMNS)
 
 
 def touchpad(seed: int, width: int, lighting: Lighting = Lighting(), imaging: Imaging = Imaging()) -> Specimen:
@@ -72,8 +72,8 @@ _SPHERE_TILT = acting('sphere', {'t': 0.7, 'press': 0.0036}, {'t': 2.0, 'x': 0.0
 def _sphere_grid() -> tuple[Act, ...]:
     """Presses of a ball at known positions and depths, each from rest."""
     acts, t = [], UNTOUCHED
-    for place, (x, y) in enumerate([(x, y) for y in (-0.006, 0.0, 0.006) for x in (-0.006, 0.0, 0.006)]):
-        for depth in (0.0015, 0.0030, 0.0045) if place % 2 == 0 else (0.0020, 0.0040):
+    for position, (x, y) in enumerate([(x, y) for y in (-0.006, 0.0, 0.006) for x in (-0.006, 0.0, 0.006)]):
+        for depth in (0.0015, 0.0030, 0.0045) if position % 2 == 0 else (0.0020, 0.0040):
             above = Key(t, x, y, -0.001)
             pressed = replace(above, t=t + 0.3, press=depth)
             acts.append(('sphere', [above, pressed, replace(pressed, t=t + 0.6), replace(above, t=t + 0.9)]))
@@ -82,9 +82,9 @@ def _sphere_grid() -> tuple[Act, ...]:
 
 
 #: m, where a session presses.
-_PLACES = [(x, y) for y in (-0.005, 0.0, 0.005) for x in (-0.006, -0.002, 0.002, 0.006)]
+_SESSION_POSITIONS = [(x, y) for y in (-0.005, 0.0, 0.005) for x in (-0.006, -0.002, 0.002, 0.006)]
 
-#: px of the native image and grey levels; chosen.
+#: px of the native image and grey levels.
 _REFLECTIONS = ((214.0, 186.0, 3.0, 160.0), (402.0, 205.0, 4.0, 210.0), (310.0, 352.0, 2.5, 120.0))
 #: LED glare of the wet skin, specular spots on skin and window, slow gain drift.
 _glaring = partial(touchpad, lighting=replace(Lighting(), gloss=900.0, gloss_width=0.01, sheen=0.15, sheen_width=0.05),
@@ -101,6 +101,6 @@ TOUCHPAD_SCENES: dict[str, Script] = {
     'glare': Script(_glaring, _DRAG),
     'glare_rest': Script(_glaring, duration=10.0),
     'noise': Script(_noisy, _DRAG),
-    'session': Script(touchpad, one_after_the_other(session('sphere', _PLACES, 0.0015, 0.0030, 0.0045))),
+    'session': Script(touchpad, one_after_the_other(session('sphere', _SESSION_POSITIONS, 0.0015, 0.0030, 0.0045))),
     'sphere_calibration': Script(touchpad, _sphere_grid()),
 }

@@ -14,20 +14,23 @@ import numpy as np
 from .surfaces import Skin
 from .tools import Pose, Tool
 
-#: Penalty of ADMM, relative to the skin's stiffness; chosen near the geometric mean of the skin's least and greatest stiffness.
-#: Over-relaxation and iterations per linearisation below: chosen.
+#: Penalty of ADMM, relative to the skin's stiffness: near the geometric mean of its smallest and largest stiffness.
+#: Over-relaxation and iterations per linearisation are below.
 _COUPLING = 0.47
 _OVER_RELAXATION = 1.6
 _SWEEPS = 10
-#: In node spacings: nodes nearer to the tool than this take part; a new set is chosen with the margin, so that its inverse serves many
-#: frames; chosen.
+#: In node spacings: nodes nearer to the tool than this take part; a new set is selected with the margin, so that its inverse serves many
+#: frames.
 _NEAR, _NEAR_MARGIN = 0.7, 1.9
 
 
 @dataclass
 class SkinState:
-    """shape: (n, n, 3) m; pressure: Pa; touching: (m,) int64, indices of the inner nodes in contact; force: (m, 3) N, of the tool on the
-    skin at these nodes."""
+    """A skin in contact.
+
+    shape: (n, n, 3) m; pressure: Pa; touching: (m,) int64, indices of the inner nodes in contact; force: (m, 3) N, of the tool on the skin
+    at these nodes.
+    """
 
     shape: np.ndarray
     pressure: float
@@ -88,19 +91,19 @@ class FrictionalContact:
             self.reset()
             return self.state
         self._choose_near(gap)
-        sticks, on_tool = self._met(tool, before.to_tool(inner_shape[self._near]), now.to_tool(inner_shape[self._near]))
+        sticks, on_tool = self._anchors(tool, before.to_tool(inner_shape[self._near]), now.to_tool(inner_shape[self._near]))
         self._rubbing, anchor = sticks * self.friction, now.to_sensor(on_tool)
-        places = inner_shape + self._moved
+        positions = inner_shape + self._moved
         for _ in range(self.skin.linearisations):
-            last, (places, pressure) = places, self._solve_linearised(tool, now, places, anchor)
-            if np.abs(places - last).max() < self.skin.settled * self.skin.spacing:
+            last, (positions, pressure) = positions, self._solve_linearised(tool, now, positions, anchor)
+            if np.abs(positions - last).max() < self.skin.settled * self.skin.spacing:
                 break
-        self._moved = places - inner_shape
-        self._keep(places, pressure)
+        self._moved = positions - inner_shape
+        self._keep(positions, pressure)
         return self.state
 
-    def _met(self, tool: Tool, before: np.ndarray, now: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which near nodes friction holds (k,), and where (k, 3), m, in the tool frame, if they go from before to now (k, 3), m, there.
+    def _anchors(self, tool: Tool, before: np.ndarray, now: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which near nodes friction holds (k,), and where (k, 3), m, in the tool frame, if they move from before to now (k, 3), m, there.
 
         Nodes that touched are held where they are, others where the tool meets them. Without friction in the step of first contact, an
         oblique tool would slip by the length of that step.
@@ -124,17 +127,17 @@ class FrictionalContact:
         self._local = block
         self._answer = np.linalg.inv(block + np.eye(len(block)) / self._coupling)
 
-    def _solve_linearised(self, tool: Tool, pose: Pose, places: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, float]:
-        """Linearise skin, fluid and tool surface at places (m, 3), m, and solve the contact. Returns places (m, 3), m, and pressure, Pa.
+    def _solve_linearised(self, tool: Tool, pose: Pose, positions: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, float]:
+        """Linearise skin, fluid and tool surface at positions (m, 3), m, and solve the contact. Returns new positions and pressure, Pa.
 
         The pressure is a function of the contact forces, which conserves the enclosed volume to first order.
         """
-        skin, near, shape = self.skin, self._near, self.skin.with_rim(places)
+        skin, near, shape = self.skin, self._near, self.skin.with_rim(positions)
         slack, load = skin.slack_at(shape, near)
         push, lift, rise, free_pressure = skin.fluid(shape)
-        gap, normal = tool.distance_and_normal(pose.to_tool(places[near]))
+        gap, normal = tool.distance_and_normal(pose.to_tool(positions[near]))
         normal = normal @ pose.turn.T
-        offset = gap - np.einsum('ij,ij->i', normal, places[near])
+        offset = gap - np.einsum('ij,ij->i', normal, positions[near])
         self._alternate(slack + free_pressure * lift[near], lift[near], rise, normal, offset, anchor)
         force = -self._coupling * self._held
         pressure = free_pressure - float((lift[near] * force).sum()) / rise
@@ -148,28 +151,28 @@ class FrictionalContact:
         free: (k, 3) m, positions without contact; lift: (k, 3) m/Pa, and rise, m^3/Pa: response of nodes and volume to the pressure;
         normal: (k, 3) and offset: (k,) m, of the tool's tangent planes; anchor: (k, 3) m, positions of sticking nodes.
         """
-        back = self._answer @ lift
-        back /= np.sqrt(rise - float((lift * back).sum()))
+        response = self._answer @ lift
+        response /= np.sqrt(rise - float((lift * response).sum()))
         held = self._held
-        place = free - self._coupling * (self._local @ held - lift * ((lift * held).sum() / rise))
+        position = free - self._coupling * (self._local @ held - lift * ((lift * held).sum() / rise))
         for _ in range(_SWEEPS):
-            aim = place - held
+            aim = position - held
             force = aim - free
-            force = self._answer @ force + back * np.vdot(back, force)
-            trial = _OVER_RELAXATION * (aim - force / self._coupling) + (1 - _OVER_RELAXATION) * place + held
+            force = self._answer @ force + response * np.vdot(response, force)
+            trial = _OVER_RELAXATION * (aim - force / self._coupling) + (1 - _OVER_RELAXATION) * position + held
             inside = np.maximum(-(np.einsum('ij,ij->i', normal, trial) + offset), 0)
-            place = trial + inside[:, None] * normal
-            way = anchor - place
-            way -= np.einsum('ij,ij->i', normal, way)[:, None] * normal
-            length = np.sqrt(np.einsum('ij,ij->i', way, way))
-            place += way * np.minimum(1, self._rubbing * inside / np.maximum(length, 1e-15))[:, None]
-            held = trial - place
+            position = trial + inside[:, None] * normal
+            slide = anchor - position
+            slide -= np.einsum('ij,ij->i', normal, slide)[:, None] * normal
+            length = np.sqrt(np.einsum('ij,ij->i', slide, slide))
+            position += slide * np.minimum(1, self._rubbing * inside / np.maximum(length, 1e-15))[:, None]
+            held = trial - position
         self._held = held
 
-    def _keep(self, places: np.ndarray, pressure: float):
+    def _keep(self, positions: np.ndarray, pressure: float):
         """Store the solution as the new state."""
         force = -self._coupling * self._held
         pressed = np.einsum('ij,ij->i', force, force) > 0
         self._was_touching[:] = False
         self._was_touching[self._near[pressed]] = True
-        self.state = SkinState(self.skin.with_rim(places), pressure, self._near[pressed], force[pressed])
+        self.state = SkinState(self.skin.with_rim(positions), pressure, self._near[pressed], force[pressed])

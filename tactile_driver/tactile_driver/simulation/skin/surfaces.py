@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.linalg import lapack
 from scipy.sparse.linalg import splu
 
-#: Approximate number of cells along each side of the grid used for rendering; chosen.
+#: Approximate number of cells along each side of the grid used for rendering.
 _DRAWN_CELLS = 48
 
 
@@ -37,7 +37,7 @@ class Skin:
     Subclasses also have surface and square_of (from material coordinates (..., 2) in [-1, 1]^2 to the rest shape and back), seen_at_rest
     (ray intersection), rim (border line), touching_height (of a tool), and give, compliance_among and fluid (response to forces).
     longest_step, longest_slide: node spacings that a tool may move, and move along the skin, in one step of contact; settled,
-    linearisations: such a step ends when a linearisation moves no node further, in node spacings, or after so many; chosen.
+    linearisations: such a step ends when a linearisation moves no node further, in node spacings, or after so many.
     """
 
     longest_step, longest_slide, settled, linearisations = 0.95, np.inf, 0.005, 6
@@ -75,10 +75,10 @@ class Skin:
         every = max((self.nodes - 1) // _DRAWN_CELLS, 1)
         return shape[::every, ::every].astype(np.float32)
 
-    def with_rim(self, places: np.ndarray) -> np.ndarray:
+    def with_rim(self, positions: np.ndarray) -> np.ndarray:
         """Shape (n, n, 3), m, from the positions (m, 3), m, of the inner nodes."""
         out = self.rest.copy()
-        out[1:-1, 1:-1] = places.reshape(self.nodes - 2, self.nodes - 2, 3)
+        out[1:-1, 1:-1] = positions.reshape(self.nodes - 2, self.nodes - 2, 3)
         return out
 
 
@@ -99,7 +99,7 @@ def square_from_disc(disc: np.ndarray) -> np.ndarray:
     difference, root = x * x - y * y, 2 * np.sqrt(2)
 
     def half(sign, value):
-        more, less = (np.sqrt(np.maximum(2 + sign * difference + way * root * value, 0)) for way in (1, -1))
+        more, less = (np.sqrt(np.maximum(2 + sign * difference + side * root * value, 0)) for side in (1, -1))
         return 0.5 * (more - less)
 
     return np.stack([half(1, x), half(-1, y)], axis=-1)
@@ -109,7 +109,7 @@ class Membrane(Skin):
     """A domed skin of n x n nodes whose border is clamped to the rim circle.
 
     radius: of curvature at rest, m; height: of the cap above the rim plane, m (defaults: touchpad_contact_region, section 2); tension: N/m,
-    default chosen; nodes: n along each side; shrink: m^3/Pa, decrease of the fluid's volume with its pressure, 0 for water.
+    nodes: n along each side; shrink: m^3/Pa, decrease of the fluid's volume with its pressure, 0 for water.
     Attributes: volume: m^3, at rest; springs: sparse (m, n*n) N/m, from the positions of all nodes to the
     spring forces on the inner nodes; give: from forces (m, 3), N, on these to their displacements (m, 3), m.
     """
@@ -219,7 +219,7 @@ class Membrane(Skin):
 # small and taken from the previous linearisation. A thick sheet, which bends rather than stretches, has a foundation k/2 |displacement|^2
 # instead: without it, a press would bend the whole sheet. Its stretch is infinite: no term draws material towards the contact.
 
-#: m: at this distance the nearest point of any tool is its lowest; chosen.
+#: m: at this distance the nearest point of any tool is its lowest.
 _FAR = 1000.0
 
 
@@ -264,9 +264,9 @@ class Sheet(Skin):
 
     def rim(self, count: int) -> np.ndarray:
         """About count points (k, 3), m, on the inner edge of the frame."""
-        way = np.linspace(-1, 1, count // 4, endpoint=False)
-        one = np.ones_like(way)
-        return self.surface(np.concatenate([np.stack(side, axis=1) for side in ((way, -one), (one, way), (-way, one), (-one, -way))]))
+        side = np.linspace(-1, 1, count // 4, endpoint=False)
+        one = np.ones_like(side)
+        return self.surface(np.concatenate([np.stack(xy, axis=1) for xy in ((side, -one), (one, side), (-side, one), (-one, -side))]))
 
     def touching_height(self, distance: Callable, turn: np.ndarray, x: float, y: float) -> float:
         """Height z, m, of the tool's origin at which the tool, rotated by turn (3, 3), just touches the flat sheet, at any x and y.

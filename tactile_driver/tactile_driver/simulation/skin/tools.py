@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tools that touch a skin, as signed distance functions of points (..., 3), m, in the tool frame; their motions. Sizes are chosen."""
+"""Tools that touch a skin, as signed distance functions of points (..., 3), m, in the tool frame; their motions."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -47,22 +47,22 @@ def sphere(p: np.ndarray, radius: float = 0.0080) -> np.ndarray:
 class Tool:
     """One rigid object of one or more parts.
 
-    parts: signed distance functions (..., 3) m -> (...) m; places: (3,) m, origin of each part in the tool frame; tip_radius: m, radius of
-    parts that are balls (the least of them); None for faces and ridges. central: whether the contact position of each ball is the centroid
+    parts: signed distance functions (..., 3) m -> (...) m; positions: (3,) m, origin of each part in the tool frame; tip_radius: m,
+    smallest radius of parts that are balls; None for faces and ridges. central: whether the contact position of each ball is the centroid
     of its region, as of faces and ridges, instead of its lowest point: one finger inclines the skin under the other, and they need not hold
-    on to one object. plate: (2,) m, half size of a plate that covers all markers of a sheet and holds them; None for other tools.
+    one object. plate: (2,) m, half size of a plate that covers all markers of a sheet and holds them; None for other tools.
     """
 
     name: str
     parts: tuple[Callable, ...]
-    places: tuple[tuple, ...] = ((0.0, 0.0, 0.0),)
+    positions: tuple[tuple, ...] = ((0.0, 0.0, 0.0),)
     tip_radius: float | None = None
     central: bool = False
     plate: tuple[float, float] | None = None
 
     def part_distances(self, p: np.ndarray) -> np.ndarray:
         """Signed distances (parts, ...), m, of points (..., 3), m, in the tool frame."""
-        return np.stack([part(p - np.asarray(place)) for part, place in zip(self.parts, self.places)])
+        return np.stack([part(p - np.asarray(position)) for part, position in zip(self.parts, self.positions)])
 
     def distance(self, p: np.ndarray) -> np.ndarray:
         """Signed distance (...), m, negative inside, of points (..., 3), m, in the tool frame."""
@@ -77,15 +77,15 @@ class Tool:
 
 
 def _balls(name: str, *balls: tuple[float, tuple], central: bool = False) -> Tool:
-    """One ball or several. balls: radius, m, and place (3,), m, of its centre; central: see Tool."""
-    radii, places = zip(*balls)
-    return Tool(name, tuple(partial(sphere, radius=radius) for radius in radii), places, min(radii), central)
+    """One ball or several. balls: radius, m, and position (3,), m, of its centre; central: see Tool."""
+    radii, positions = zip(*balls)
+    return Tool(name, tuple(partial(sphere, radius=radius) for radius in radii), positions, min(radii), central)
 
 
 def _pair(name: str, radii: tuple[float, float], apart_mm: float, level: bool = True) -> Tool:
     """Two balls of radii, m, apart along x, with their centres at one height, or (level: false) their lowest points."""
-    places = ((side * 0.5e-3 * apart_mm, 0.0, 0.0 if level else radius) for side, radius in zip((-1, 1), radii))
-    return _balls(f'{name}_{apart_mm}mm', *zip(radii, places), central=True)
+    positions = ((side * 0.5e-3 * apart_mm, 0.0, 0.0 if level else radius) for side, radius in zip((-1, 1), radii))
+    return _balls(f'{name}_{apart_mm}mm', *zip(radii, positions), central=True)
 
 
 TOOLS = {tool.name: tool for tool in (
@@ -107,8 +107,8 @@ TOOLS = {tool.name: tool for tool in (
 @dataclass(frozen=True)
 class Key:
     """Pose of the tool at time t, s. x, y: m; press: m, below the height of first contact (negative: above the skin); yaw about z, roll
-    about x, pitch about y: rad, applied in the order roll, pitch, yaw. other_x, other_y, other_press: m, how far the part of the tool at
-    x > 0 has moved from its place, and how much deeper it is pressed: an object of its own."""
+    about x, pitch about y: rad, applied in the order roll, pitch, yaw. other_x, other_y, other_press: m, displacement of the part of the
+    tool at x > 0, which is an object of its own, and how much deeper it is pressed."""
 
     t: float
     x: float = 0.0
@@ -171,7 +171,7 @@ class Motion:
         """Pose of the tool at time t, s; it accelerates and decelerates at each key."""
         k = int(np.clip(np.searchsorted(self.times, t, side='right') - 1, 0, len(self.times) - 2))
         part = np.clip((t - self.times[k]) / (self.times[k + 1] - self.times[k]), 0, 1)
-        # Trapezoidal velocity profile of a stage: 15 % of the time each to accelerate and to decelerate; chosen.
+        # Trapezoidal velocity profile of a stage: 15 % of the time each to accelerate and to decelerate.
         ramp = 0.15
         near = min(part, 1 - part)
         share = (min(near, ramp)**2 / (2 * ramp) + max(near - ramp, 0)) / (1 - ramp)

@@ -13,7 +13,7 @@ from .scene import Key, TaxelScene, TaxelScript
 
 _LENGTH, _WIDTH = 0.024, 0.010  # m, of the bar's face
 # Part of the load that is not yet balanced by which the bar moves in a step: friction is stiffer than an even traction, by less than three
-# times, since the rubber around the face holds it. Chosen: below the reciprocal of that.
+# times, since the rubber around the face holds it: below the reciprocal of that.
 _GAIN = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6])
 
 
@@ -100,7 +100,7 @@ class HeldScene(TaxelScene):
         return super()._at(time) + self._given
 
     def _step(self, time: float) -> tuple[PadState, np.ndarray]:
-        state, place = super()._step(time)
+        state, pose = super()._step(time)
         arm, pad = self.arm(time), self.specimen
         if arm.lift > 0:
             area = _LENGTH * _WIDTH
@@ -109,16 +109,16 @@ class HeldScene(TaxelScene):
             wanted[:3] = weight - [0.0, 0.0, pad.press * area * arm.depth]
             wanted[3:] = np.cross([*self.centre_of_mass, 0.0], weight) + [arm.push_x, arm.push_y, 0.0]
             carried = self.pad.force(state)
-            carried[3:] -= np.cross([*place[:2], -place[3]], carried[:3])
+            carried[3:] -= np.cross([*pose[:2], -pose[3]], carried[:3])
             missing = wanted - carried
             # About the bar's own axes; a slope along x makes a moment about y, one along y a moment about x of the other sign.
-            cosine, sine = np.cos(place[2]), np.sin(place[2])
+            cosine, sine = np.cos(pose[2]), np.sin(pose[2])
             axes = np.array([[cosine, sine], [-sine, cosine]])
             along, across = pad.press * area / 12 * np.array([_LENGTH**2, _WIDTH**2])
             slopes = axes.T @ (axes @ [-missing[4], missing[3]] / [along, across])
             self._given += _GAIN * [*missing[:2] / (pad.pull * area), missing[5] / (pad.pull * area / 12 * (_LENGTH**2 + _WIDTH**2)),
                                     -missing[2] / (pad.press * area), *slopes]
-        return state, place
+        return state, pose
 
 
 def open_held_scene(name: str, rate: float, seed: int = 0) -> HeldScene:

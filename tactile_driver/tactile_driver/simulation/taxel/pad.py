@@ -15,12 +15,12 @@ from scipy import fft
 # (k h coth k h) of it, which is exact, along it by about 1 / (c k h coth c k h). So neighbours move together, and the border of a contact
 # is held by the rubber around it: there traction is largest, and slip begins.
 
-# c along the wave. Derived: an elastic layer of Poisson's ratio 0.45 whose surface is free to rise, within 3 % up to k h = 2, 15 % beyond.
+# c along the wave: an elastic layer of Poisson's ratio 0.45 whose surface is free to rise, within 3 % up to k h = 2, 15 % beyond.
 _ALONG = 2.1
-_MARGIN = 1.5  # thicknesses around a contact, beyond which nothing moves. Chosen: over twice of that a shear wave falls to a hundredth
-_ROUNDS = 60  # most for a step. Chosen: continued in the next one
-_CONVERGED = 5e-3  # of the largest motion in a step, error of a displacement. Chosen
-_LEAST = 1e-8  # m, such an error at least. Chosen
+_MARGIN = 1.5  # thicknesses around a contact, beyond which nothing moves: over twice of that a shear wave falls to 1 %
+_MAX_ROUNDS = 60  # of a step: continued in the next one
+_CONVERGED = 5e-3  # of the largest motion in a step, error of a displacement
+_MIN_ERROR = 1e-8  # m, the same
 _TINY = 1e-3  # Pa, against a division by zero
 
 
@@ -35,10 +35,10 @@ class BondedLayer:
 
     def move(self, wanted: np.ndarray, limit: np.ndarray) -> None:
         """Move the surface to wanted (rows, columns, 2) m where friction allows: traction stays within limit (rows, columns) Pa, 0 where
-        nothing touches. Fast iterative projected gradients (Beck and Teboulle 2009), begun anew where they overshoot, from the traction
-        that goes on as in the last step."""
-        before, far = self.traction.copy(), np.abs(np.where(limit[..., None] > 0, wanted - self.shift, 0)).max()
-        if not far and not before.any():
+        nothing touches. Fast iterative projected gradients (Beck and Teboulle 2009), restarted where they overshoot. They start from the
+        traction extrapolated from the last step."""
+        before, largest = self.traction.copy(), np.abs(np.where(limit[..., None] > 0, wanted - self.shift, 0)).max()
+        if not largest and not before.any():
             return
         self.traction[:], self.shift[:] = 0, 0
         loaded = np.flatnonzero(limit.any(axis=1)), np.flatnonzero(limit.any(axis=0))
@@ -48,7 +48,7 @@ class BondedLayer:
             softness = self._of(tuple(16 * math.ceil((at[-1] - at[0] + 1 + 2 * margin) / 16) for at in loaded))
             wanted, start = (np.moveaxis(field[box], -1, 0).astype(np.float32, order='C')
                                    for field in (wanted, before + self._went))
-            held = self._settled(start, wanted, limit[box].astype(np.float32), softness, max(_CONVERGED * far, _LEAST) * self._pull)
+            held = self._settled(start, wanted, limit[box].astype(np.float32), softness, max(_CONVERGED * largest, _MIN_ERROR) * self._pull)
             self.traction[box] = np.moveaxis(held, 0, -1)
             self.shift[box] = np.moveaxis(self._moved(held, softness), 0, -1)
         self._went = self.traction - before
@@ -57,7 +57,7 @@ class BondedLayer:
         """Traction (2, rows, columns) Pa, within error, that moves the surface to wanted where limit allows; start: a guess."""
         held = ahead = _within(start, limit)
         pace = 1.0
-        for _ in range(_ROUNDS):
+        for _ in range(_MAX_ROUNDS):
             last, held = held, _within(ahead + self._pull * (wanted - self._moved(ahead, softness)), limit)
             if np.abs(held - ahead).max() < error:
                 break
@@ -99,7 +99,7 @@ def _within(traction: np.ndarray, limit: np.ndarray) -> np.ndarray:
 
 
 # under friction; its loads spread in the pad, which is bonded to the sheet; pressure sensitive ink converts load to counts, with gains,
-# offsets, noise, hysteresis and dead rows. All constants are chosen, except the 44 x 44 taxels of the sensor.
+# offsets, noise, hysteresis and dead rows. The sensor has 44 x 44 taxels.
 
 #: Height of the face above its contact point, m, inf outside the face, at x, y (m) in the object frame.
 Face = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -125,15 +125,15 @@ FACES: dict[str, Face] = {
 }
 
 
-FINE = 2  # places of the surface along the side of a taxel
-# Points in a place at a border, and their lattice, no two of which lie in a row or column (Fibonacci numbers). Chosen.
+FINE = 2  # positions of the surface along the side of a taxel
+# Points in a position at a border, and their lattice, no two of which lie in a row or column (Fibonacci numbers)
 _POINTS = 34, 21
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
 # Friction on the face of a pad that is bonded to the sheet moves the load there by the thickness times friction over pressure, which keeps
-# the balance of moments: a part of it moves a place's load, the rest arises around, spread by so many thicknesses. Derived: an elastic
+# the balance of moments: a part of it moves a position's load, the rest arises around, spread by so many thicknesses: an elastic
 # layer's response by wave number, for Poisson's ratios of 0.4 to 0.49, within 0.05.
-_NEAR, _AROUND, _WIDTH = 0.24, 0.76, 1.54
-_SLIPS = 0.02  # of the farthest motion in a step, from which a place slips. Chosen: above what is left to converge
+_SHIFTED_SHARE, _SPREAD_SHARE, _SPREAD_THICKNESSES = 0.24, 0.76, 1.54
+_SLIPS = 0.02  # of the farthest motion in a step, from which a position slips: above what is left to converge
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ DEVICE_B = (PadSpecimen(press=1.9e8, pull=7.4e7, grip=0.75, spread=0.9e-3), InkS
 
 @dataclass(frozen=True)
 class PadState:
-    """State of the M places of the surface. pressure: (M,) Pa; traction: (M, 2) Pa along the surface; covered: (M,) part of each that
+    """State of the M positions of the surface. pressure: (M,) Pa; traction: (M, 2) Pa along the surface; covered: (M,) part of each that
     is touched; slipping: (M,) bool, of those that are touched by half or more."""
 
     pressure: np.ndarray
@@ -183,24 +183,24 @@ class PadState:
 
     @property
     def touched(self) -> np.ndarray:
-        """(M,) bool: whether half of a place or more is touched."""
+        """(M,) bool: whether half of a position or more is touched."""
         return self.covered >= 0.5
 
 
 class RubberPad:
-    """The pad of a specimen, moved in small steps. Attributes: places: (M, 2) m, of the surface at rest; cell: m^2, area of each."""
+    """The pad of a specimen, moved in small steps. Attributes: positions: (M, 2) m, of the surface at rest; cell: m^2, area of each."""
 
     def __init__(self, specimen: PadSpecimen):
         self.specimen = specimen
         step = specimen.pitch / FINE
         y = (np.arange(specimen.rows * FINE) - 0.5 * (specimen.rows * FINE - 1)) * step
         x = (np.arange(specimen.columns * FINE) - 0.5 * (specimen.columns * FINE - 1)) * step
-        self.places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        self.positions = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         self.cell = step**2
         self._layer = BondedLayer((len(y), len(x)), specimen.thickness / step, specimen.pull)
         number = np.arange(_POINTS[0])
         self._points = step * (np.column_stack([number, number * _POINTS[1] % _POINTS[0]]) / _POINTS[0] - 0.5 + 0.5 / _POINTS[0])
-        self._met = np.full(self.places.shape, np.nan)  # point of the object that a place sticks to, in the object frame
+        self._met = np.full(self.positions.shape, np.nan)  # point of the object that a position sticks to, in the object frame
 
     def move(self, face: Face, pose: np.ndarray, depth: float, tilt: np.ndarray = np.zeros(2)) -> PadState:
         """Move the object with that face to pose (x, y: m, turn: rad), its contact point depth, m, below the resting surface; tilt: (2,)
@@ -213,8 +213,8 @@ class RubberPad:
         shift, traction = self._layer.shift.reshape(-1, 2), self._layer.traction.reshape(-1, 2)
         self._met[~touched] = np.nan
         fresh = touched & np.isnan(self._met[:, 0])
-        self._met[fresh] = (self.places[fresh] + shift[fresh] - pose[:2]) @ turn
-        wanted = np.where(touched[:, None], self._met @ turn.T + pose[:2] - self.places, 0)
+        self._met[fresh] = (self.positions[fresh] + shift[fresh] - pose[:2]) @ turn
+        wanted = np.where(touched[:, None], self._met @ turn.T + pose[:2] - self.positions, 0)
         went, limit = wanted - shift, self.specimen.grip * pressure
         shape = self._layer.shift.shape
         self._layer.move(wanted.reshape(shape), limit.reshape(shape[:2]))
@@ -225,13 +225,13 @@ class RubberPad:
         return PadState(pressure, traction.copy(), covered, slipping & (covered >= 0.5))
 
     def _pressed(self, depth_at: Callable[[np.ndarray], np.ndarray], depth: float) -> tuple[np.ndarray, np.ndarray]:
-        """Mean depth (M,), m, and touched part (M,) of each place, by the depth at points (N, 2); a place at a border is looked at in
+        """Mean depth (M,), m, and touched part (M,) of each position, by the depth at points (N, 2); a position at a border is looked at in
         many points, else straight edges along the rows would touch a whole row at once. depth: the largest."""
-        pressed = np.maximum(depth_at(self.places), 0) if depth > 0 else np.zeros(len(self.places))
+        pressed = np.maximum(depth_at(self.positions), 0) if depth > 0 else np.zeros(len(self.positions))
         covered = (pressed > 0).astype(float)
         image = covered.reshape(self._layer.traction.shape[:2])
         border = np.flatnonzero(cv2.dilate(image, _NEIGHBOURS) > cv2.erode(image, _NEIGHBOURS))
-        inside = np.maximum(depth_at((self.places[border, None] + self._points).reshape(-1, 2)).reshape(-1, len(self._points)), 0)
+        inside = np.maximum(depth_at((self.positions[border, None] + self._points).reshape(-1, 2)).reshape(-1, len(self._points)), 0)
         pressed[border], covered[border] = inside.mean(axis=1), (inside > 0).mean(axis=1)
         return pressed, covered
 
@@ -242,18 +242,18 @@ class RubberPad:
         lean = np.zeros_like(state.traction)
         np.divide(state.traction * s.thickness, state.pressure[:, None], out=lean, where=state.pressure[:, None] > 0)
         shape, touched = (s.rows * FINE, s.columns * FINE), state.pressure > 0
-        feet = self.places / (s.pitch / FINE) + 0.5 * np.array([s.columns * FINE - 1, s.rows * FINE - 1])
+        feet = self.positions / (s.pitch / FINE) + 0.5 * np.array([s.columns * FINE - 1, s.rows * FINE - 1])
         lean *= FINE / s.pitch
-        image = _splat((feet + _NEAR * lean)[touched], load[touched], shape)
+        image = _splat((feet + _SHIFTED_SHARE * lean)[touched], load[touched], shape)
         image = cv2.GaussianBlur(image, (0, 0), s.spread / s.pitch * FINE, borderType=cv2.BORDER_CONSTANT)
-        more = _splat((feet + _AROUND * lean)[touched], load[touched], shape) - _splat(feet[touched], load[touched], shape)
-        image += cv2.GaussianBlur(more, (0, 0), _WIDTH * s.thickness / s.pitch * FINE, borderType=cv2.BORDER_CONSTANT)
+        more = _splat((feet + _SPREAD_SHARE * lean)[touched], load[touched], shape) - _splat(feet[touched], load[touched], shape)
+        image += cv2.GaussianBlur(more, (0, 0), _SPREAD_THICKNESSES * s.thickness / s.pitch * FINE, borderType=cv2.BORDER_CONSTANT)
         return cv2.resize(image, (s.columns, s.rows), interpolation=cv2.INTER_AREA) * (FINE**2 / s.pitch**2)
 
     def force(self, state: PadState) -> np.ndarray:
         """Wrench (6,), N and N m, of the object on the pad, about the centre of its surface at rest."""
         pushed = np.column_stack([state.traction, -state.pressure]) * self.cell
-        (x, y), z = self.places.T, -state.pressure / self.specimen.press
+        (x, y), z = self.positions.T, -state.pressure / self.specimen.press
         moment = [y @ pushed[:, 2] - z @ pushed[:, 1], z @ pushed[:, 0] - x @ pushed[:, 2], x @ pushed[:, 1] - y @ pushed[:, 0]]
         return np.concatenate([pushed.sum(axis=0), moment])
 
@@ -272,7 +272,7 @@ def _splat(feet: np.ndarray, load: np.ndarray, shape: tuple[int, int]) -> np.nda
     return image.reshape(shape).astype(np.float32)
 
 
-_REACH = 1.2e4  # Pa, change of a load after which the ink holds back no more of it. Chosen: a tenth of the range
+_HYSTERESIS_PA = 1.2e4  # change of a load after which the ink holds back no more of it: a tenth of the range
 
 
 class Ink:
@@ -293,8 +293,8 @@ class Ink:
         """Counts (rows, columns), uint8 or uint16, of load (rows, columns), Pa. Depends on earlier loads: the grains of the ink rub against
         each other (Dahl 1968), and a part follows late."""
         change, self._last = load - self._last, load
-        limit = np.copysign(_REACH, change)
-        self._held = limit - (limit - self._held) * np.exp(-np.abs(change) / _REACH)
+        limit = np.copysign(_HYSTERESIS_PA, change)
+        self._held = limit - (limit - self._held) * np.exp(-np.abs(change) / _HYSTERESIS_PA)
         self._held -= self._fades * self._held
         self._late += self._fades * (load - self._late)
         shown = load - self._loop * self._held + self._memory * (self._late - load)

@@ -3,20 +3,18 @@
 """Scenes of the simulated taxel pad with ground truth: objects that are pressed on and moved."""
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
-from ...errors import BadArgument, by_name
 from ...plugins import PluginTable
+from ..keyed_scene import KeyedScene, open_keyed_scene
 from ..truth import NO_SLIP, Touch, TruthFrame, slip_state_of
 from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad
 
-STEP_S = 0.01  # step of the object's motion, small against the pitch of the places
-_ROUNDING = 1e-6  # steps: the times of two frames are rounded, which must not add a step
+STEP_S = 0.01  # step of the object's motion, small against the pitch of the positions
 
 
 @dataclass(frozen=True)
@@ -105,25 +103,19 @@ TAXEL_SCENES: Mapping[str, TaxelScript | Callable[[float, int], TaxelScene]] = P
 })
 
 
-class TaxelScene:
+class TaxelScene(KeyedScene):
     """Plays a script. rate: frames/s; seed: of the irregularities of the specimen and the noise."""
 
     sensor = 'taxel_array'
 
     def __init__(self, script: TaxelScript, rate: float, seed: int, specimen: PadSpecimen = PadSpecimen(),
                  ink: InkSpecimen = InkSpecimen()):
-        self.rate, self._script, self._seed, self._ink_specimen = rate, script, seed, ink
+        super().__init__(rate, [key.time for key in script.keys],
+                         [(key.x, key.y, key.turn, key.depth, key.tilt_x, key.tilt_y) for key in script.keys])
+        self._script, self._seed, self._ink_specimen = script, seed, ink
         self.specimen = replace(specimen, grip=specimen.grip * script.smoothness)
         self._face = FACES[script.face]
-        self.duration = script.keys[-1].time
-        self._times = np.array([key.time for key in script.keys])
-        self._keys = np.array([[key.x, key.y, key.turn, key.depth, key.tilt_x, key.tilt_y] for key in script.keys])
         self._begin()
-
-    @property
-    def frames(self) -> int:
-        """Number of frames per round."""
-        return math.ceil(self.duration * self.rate)
 
     def _begin(self) -> None:
         self.pad = RubberPad(self.specimen)
@@ -131,66 +123,59 @@ class TaxelScene:
                         self._script.dead_rows)
         self._now = 0.0
 
-    def _at(self, time: float) -> np.ndarray:
-        """Pose (6,) at a time, s: x, y (m), turn (rad), depth (m), slopes."""
-        return np.array([np.interp(time, self._times, column) for column in self._keys.T])
-
     def render(self, time: float) -> tuple[np.ndarray, TruthFrame]:
         """Counts (rows, columns) and truth at a time, s; the scene repeats. An earlier time restarts it."""
-        time = time % self.duration
-        if time < self._now:
-            self._begin()
-        begin, steps = self._now, max(math.ceil((time - self._now) / STEP_S - _ROUNDING), 1)
-        slipped, before = np.zeros(len(self.pad.places), bool), self._at(begin)
-        for k in range(1, steps + 1):
-            state, place = self._step(begin + (time - begin) * k / steps)
-            if np.any(place[:3] != before[:3]):  # release of an object at rest is no slip
+        time, times = self._steps_to(time, STEP_S)
+        slipped, before = np.zeros(len(self.pad.positions), bool), self._at(self._now)
+        for now in times:
+            state, pose = self._step(now)
+            if np.any(pose[:3] != before[:3]):  # release of an object at rest is no slip
                 slipped |= state.slipping
-            before = place
+            before = pose
         self._now = time
-        return self._ink.read(self.pad.felt(state)), self._truth(state, slipped, place, time)
+        return self._ink.read(self.pad.felt(state)), self._truth(state, slipped, pose, time)
 
     def _step(self, time: float) -> tuple[PadState, np.ndarray]:
         """The pad's state and the object's pose (6,) after its motion to a time, s."""
-        place = self._at(time)
-        return self.pad.move(self._face, place[:3], place[3], place[4:]), place
+        pose = self._at(time)
+        return self.pad.move(self._face, pose[:3], pose[3], pose[4:]), pose
 
-    def _truth(self, state: PadState, slipped: np.ndarray, place: np.ndarray, time: float) -> TruthFrame:
+    def _truth(self, state: PadState, slipped: np.ndarray, pose: np.ndarray, time: float) -> TruthFrame:
         frame = TruthFrame(wrench=self.pad.force(state))
         if not state.touched.any():
             return frame
         frame.area, frame.normal = float(state.covered.sum()) * self.pad.cell, np.array([0.0, 0.0, 1.0])
-        frame.centroid = np.array([*np.average(self.pad.places, axis=0, weights=state.covered), 0.0])
+        frame.centroid = np.array([*np.average(self.pad.positions, axis=0, weights=state.covered), 0.0])
         frame.outlines, frame.holes = self._loops(state.touched)
         frame.slipping_fraction = float(slipped[state.touched].mean())
         frame.slip_state = slip_state_of(frame.slipping_fraction)
-        frame.contacts = self._touches(state, place)
-        self._tell_motion(frame, place, time)
+        frame.contacts = self._touches(state, pose)
+        self._set_motion(frame, pose, time)
         return frame
 
-    def _tell_motion(self, frame: TruthFrame, place: np.ndarray, time: float) -> None:
+    def _set_motion(self, frame: TruthFrame, pose: np.ndarray, time: float) -> None:
         """Set twist and motion of the object at the sensor's origin, and its centre of rotation."""
         before = self._at(max(time - 1 / self.rate, 0.0))
-        rate = (place - before)[:3] * self.rate
-        at_origin = rate[:2] - rate[2] * np.array([-place[1], place[0]])
+        rate = (pose - before)[:3] * self.rate
+        at_origin = rate[:2] - rate[2] * np.array([-pose[1], pose[0]])
         frame.velocity = np.zeros(6) if frame.slip_state == NO_SLIP else np.array([*at_origin, 0, 0, 0, rate[2]])
         frame.motion = np.array([*at_origin, 0, 0, 0, rate[2]]) / self.rate
         if frame.slip_state != NO_SLIP and rate[2]:
             frame.rotation_center = np.array([-at_origin[1] / rate[2], at_origin[0] / rate[2], 0.0])
 
-    def _touches(self, state: PadState, place: np.ndarray) -> list[Touch]:
+    def _touches(self, state: PadState, pose: np.ndarray) -> list[Touch]:
         image = (state.covered > 0).reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
         count, labels = cv2.connectedComponents(image)
         touches = []
         for label in range(1, count):
             mine = labels.ravel() == label
-            middle = np.average(self.pad.places[mine], axis=0, weights=state.covered[mine])
+            middle = np.average(self.pad.positions[mine], axis=0, weights=state.covered[mine])
             force = float(state.pressure[mine].sum() * self.pad.cell)
-            touches.append(Touch(np.array([*middle, -place[3]]), np.array([0.0, 0.0, 1.0]), float(place[3]), force))
+            touches.append(Touch(np.array([*middle, -pose[3]]), np.array([0.0, 0.0, 1.0]), float(pose[3]), force))
         return touches
 
     def _loops(self, touched: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Outlines and holes, lists of (n, 3), m, through the places at the border."""
+        """Outlines and holes, lists of (n, 3), m, through the positions at the border."""
         image = touched.reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
         lines, family = cv2.findContours(image, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
         found, middle = ([], []), 0.5 * np.array([image.shape[1] - 1, image.shape[0] - 1])
@@ -202,7 +187,4 @@ class TaxelScene:
 
 def open_taxel_scene(name: str = 'demo', rate: float = 100.0, seed: int = 0) -> TaxelScene:
     """The scene of that name. Raises BadArgument for an unknown name (the message lists the known ones) or a rate that is not positive."""
-    script = by_name(TAXEL_SCENES, name, 'simulation: scene')
-    if not 0 < rate < math.inf:
-        raise BadArgument(f'simulation: rate is {rate!r}; give frames per second, more than 0')
-    return script(rate, seed) if callable(script) else TaxelScene(script, rate, seed)
+    return open_keyed_scene(TAXEL_SCENES, name, rate, seed, TaxelScene)

@@ -11,66 +11,68 @@ import numpy as np
 from ...common.geometry import Cap
 from ...common.marker_sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
 from ...common.progress import in_parallel
-from ...errors import BadCalibration
-from ..calibration import Prior, beyond, identify, noise_at_rest
+from ...core.errors import BadCalibration
+from ..calibration import Prior, excess_sigma, identify, noise_at_rest
 from ..field import MarkerField, common_rest, marker_radii
 from ..presses import Presses
 from .library import DomeLibrary, DomePlan, build_library
 from .mechanics import DomeMaterial, DomeMesh, MeshPlan, OnMesh, appear_at, centres_of, outlines, press_dome, shift_of
 from .model import DEPTH, SHALLOW, STRAIGHT, DomeCalibration, DomeFound, DomeInverse, FieldNoise, shallowness
 
-LOAD_STEPS = 18         # of a press to the deepest. Chosen: friction depends on the path
-DEPTH_POWER = 1.3       # grading of the load steps. Chosen
-PLACES = 3              # simulated at most, evenly over their distances from the axis. Chosen
-DEPTHS = 4              # of a place at most. Chosen
-#: Prior of the logs of the log prestretch, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
-LIKELY, SIGMA = np.log([0.2, 70.0, 0.5]), np.array([2.0, 6.0, 0.7])
-TIP = 0.01              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
-#: Starts of the log prestretch and of friction: of an ideal balloon to a skin that is hardly stretched. With less friction deep presses of
-#: some balloons do not converge, which would hide the best start; with more the tip sticks, and slopes show little. Chosen
+LOAD_STEPS = 18  # of a press to the largest depth; friction depends on the path
+DEPTH_POWER = 1.3  # grading of the load steps
+MAX_POSITIONS = 3  # simulated, evenly over their distances from the axis
+MAX_DEPTHS = 4  # of a position
+#: Prior, mean and standard deviation, of the logs of log prestretch, gas and friction: sealed air at 1.5 kPa, or any other gas
+PRIOR_MEAN, PRIOR_SIGMA = np.log([0.2, 70.0, 0.5]), np.array([2.0, 6.0, 0.7])
+TIP_SIGMA = 0.01  # prior standard deviation of the log radius of the tip, which heights determine
+#: Starts of the log prestretch and of friction, from an ideal balloon to a skin that is hardly stretched. With less friction deep presses
+#: of some balloons do not converge, which would hide the best start; with more the tip sticks, and slopes are small.
 STARTS = (1.6, 0.35), (1.6, 0.5), (0.06, 0.35), (0.02, 0.35)
-GASES = 70.0, 2.0, 0.01     # starts: of sealed air at 1.5 kPa, of air with a reservoir, and of a pressure that is held. Chosen
-TRUST = 0.0005          # relative error of the model. Chosen: at 0.002 the prior decided how far an ideal balloon stretches
-UNSOLVED = 0.2          # relative error of presses whose simulation does not converge. Chosen
-LEAST_LOGS = np.log([3e-3, 1e-3, 0.05, 2e-3])   # bounds of the logs; such gas counts as a pressure that is held
-MOST_LOGS = np.log([1.8, 500.0, 3.0, 0.2])
+GAS_STARTS = 70.0, 2.0, 0.01  # sealed air at 1.5 kPa, air with a reservoir, and a constant pressure
+MODEL_ERROR = 0.0005  # relative; at 0.002 the prior dominated the prestretch of an ideal balloon
+UNSOLVED_ERROR = 0.2  # relative, of presses whose simulation does not converge
+MIN_LOGS = np.log([3e-3, 1e-3, 0.05, 2e-3])  # bounds of the logs; with so little gas stiffness the pressure counts as constant
+MAX_LOGS = np.log([1.8, 500.0, 3.0, 0.2])
 
 
 def numbers_of(logs: np.ndarray) -> tuple[DomeMaterial, float]:
-    """Material of the dome, and radius, m, of the tip that pressed, from the logs (4,) of log prestretch, gas, friction and radius."""
-    stretch, gas, friction, radius = np.exp(np.clip(logs, LEAST_LOGS, MOST_LOGS)).tolist()
+    """Material of the dome, and radius, m, of the tip, from the logs (4,) of log prestretch, gas, friction and radius."""
+    stretch, gas, friction, radius = np.exp(np.clip(logs, MIN_LOGS, MAX_LOGS)).tolist()
     return DomeMaterial(float(np.exp(-6 * stretch)), gas, friction), radius
 
 
 def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float, marker: float,
                   radius: float) -> tuple[DomeMaterial, float]:
-    """Material and tip radius, m, that explain straight presses best; points, camera_centres: (K, 3) m, of the markers, NaN unknown;
-    plane_z: m, of the viewing plane; marker: m, radius of the markers; radius: m, likely one of the tip.
+    """Identify the material and the tip radius, m, that best explain straight presses.
 
-    Raises BadCalibration where the presses cannot be simulated.
+    points, camera_centres: (K, 3) m, of the markers, NaN if unknown; plane_z: m, of the viewing plane; marker: m, radius of the markers;
+    radius: m, prior mean of the tip radius. Raises BadCalibration if the presses cannot be simulated.
     """
-    explain = partial(_explained, presses.some(PLACES, DEPTHS), deepest=presses.depth.max(), points=points, camera_centres=camera_centres,
-                      cap=cap, plane_z=plane_z, marker=marker)
-    prior = Prior(np.append(LIKELY, np.log(radius)), np.append(SIGMA, TIP), LEAST_LOGS, MOST_LOGS)
-    starts = [np.append(np.log([stretch, gas, friction]), prior.mean[3]) for stretch, friction in STARTS for gas in GASES]
+    explain = partial(_explained, presses.some(MAX_POSITIONS, MAX_DEPTHS), deepest=presses.depth.max(), points=points,
+                      camera_centres=camera_centres, cap=cap, plane_z=plane_z, marker=marker)
+    prior = Prior(np.append(PRIOR_MEAN, np.log(radius)), np.append(PRIOR_SIGMA, TIP_SIGMA), MIN_LOGS, MAX_LOGS)
+    starts = [np.append(np.log([stretch, gas, friction]), prior.mean[3]) for stretch, friction in STARTS for gas in GAS_STARTS]
     return numbers_of(identify(explain, starts, prior))
 
 
-def _explained(places: list[Presses], tried: list[np.ndarray], **known) -> list[np.ndarray]:
-    """Residuals (N,) of the places for each of the logs tried, over their standard deviation: errors of the model are alike at all markers,
-    so that all of them tell as much as one does."""
-    solved = in_parallel(partial(_residuals, **known), [(place, logs) for logs in tried for place in places],
+def _explained(groups: list[Presses], tried: list[np.ndarray], **known) -> list[np.ndarray]:
+    """Residuals (N,) of the presses for each of the logs tried, over their standard deviation.
+
+    Model errors are common to all markers, so that all of them contain as much information as one.
+    """
+    solved = in_parallel(partial(_residuals, **known), [(group, logs) for logs in tried for group in groups],
                          'presses simulated for the identification')
-    reported = [np.concatenate(solved[k * len(places):(k + 1) * len(places)]) for k in range(len(tried))]
+    reported = [np.concatenate(solved[k * len(groups):(k + 1) * len(groups)]) for k in range(len(tried))]
     if np.isnan(reported).all():
         raise BadCalibration(f'presses simulated with {numbers_of(tried[0])} do not converge; check dome and depths')
-    seen = np.concatenate([np.isfinite(field.shift).ravel() for place in places for field in place.fields])
-    return [np.nan_to_num(one[seen], nan=UNSOLVED) / (TRUST * np.sqrt(seen.sum())) for one in reported]
+    seen = np.concatenate([np.isfinite(field.shift).ravel() for group in groups for field in group.fields])
+    return [np.nan_to_num(one[seen], nan=UNSOLVED_ERROR) / (MODEL_ERROR * np.sqrt(seen.sum())) for one in reported]
 
 
 def _residuals(case: tuple[Presses, np.ndarray], deepest: float, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float,
                marker: float) -> np.ndarray:
-    """Weighted residuals of presses at one place with numbers of those logs; NaN where unknown or not converged."""
+    """Weighted residuals of presses at one position for these logs; NaN if unknown or not converged."""
     pressed, (material, radius) = case[0], numbers_of(case[1])
     (x, y), steps = pressed.position[:, :2].mean(0), load_steps(pressed.depth)
     mesh, turn = DomeMesh(shift_of(np.hypot(x, y), radius, cap), cap, MeshPlan()), np.arctan2(y, x)
@@ -78,15 +80,15 @@ def _residuals(case: tuple[Presses, np.ndarray], deepest: float, points: np.ndar
     cos, sin = np.cos(turn), np.sin(turn)
     turned = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     known = np.isfinite(points).all(axis=1)
-    rest, camera_centres, left = outlines(points[known], marker, cap), camera_centres[known], []
-    before, away = appear_at(rest, camera_centres), plane_z - camera_centres[:, 2:]
+    rest, camera_centres, residuals = outlines(points[known], marker, cap), camera_centres[known], []
+    before, distance = appear_at(rest, camera_centres), plane_z - camera_centres[:, 2:]
     on_mesh = OnMesh(mesh, rest.reshape(-1, 3) @ turned.T)
     for field, seen, depth in zip(fields, pressed.fields, pressed.depth):
         moved = on_mesh.displaced(field) @ turned
-        off = np.full(seen.shift.shape, np.nan)
-        off[known] = (appear_at(rest + moved.reshape(rest.shape), camera_centres) - before) * away - seen.shift[known]
-        left.append(off.ravel() / np.hypot(depth, SHALLOW * deepest))
-    return np.concatenate(left)
+        error = np.full(seen.shift.shape, np.nan)
+        error[known] = (appear_at(rest + moved.reshape(rest.shape), camera_centres) - before) * distance - seen.shift[known]
+        residuals.append(error.ravel() / np.hypot(depth, SHALLOW * deepest))
+    return np.concatenate(residuals)
 
 
 def load_steps(stops: np.ndarray) -> np.ndarray:
@@ -96,105 +98,105 @@ def load_steps(stops: np.ndarray) -> np.ndarray:
     return np.union1d(between, stops)
 
 
-FEWEST = 6            # presses needed. Chosen
-DEEPER = 1.15         # simulated depth over the deepest calibrated press. Chosen
-FARTHER = 1.5         # pitches by which the library reaches farther out than the presses. Chosen
-RADII = np.arange(2e-3, 0.0801, 5e-4)  # m, candidates for the start of the tip's radius
-LIKELY_MARKER = 0.3   # of the pitch: radius of a marker whose area is unknown. Chosen
-TOP = 0.35            # of the rim's radius: markers nearer to the axis tell their radius. Chosen
-STILL, QUIETEST = 2e-5, 1e-6  # m, noise without untouched frames, and least noise. Chosen
-SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
-MOST_PRESSES = 60             # presses that tell the noise, at most. Chosen
-SAME = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses by the tip and with the friction that are identified
-SCALES = 4            # numbers of the scales of place and depth
-REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
+MIN_PRESSES = 6
+DEPTH_MARGIN = 1.15  # simulated depth over the deepest calibrated press
+REACH_MARGIN = 1.5  # pitches by which the library extends beyond the presses
+RADIUS_CANDIDATES = np.arange(2e-3, 0.0801, 5e-4)  # m, for the start of the tip's radius
+DEFAULT_MARKER_RADIUS = 0.3  # of the pitch, if the area of the markers is unknown
+TOP = 0.35  # of the rim's radius; markers nearer to the axis are used for their radius
+DEFAULT_NOISE, MIN_NOISE = 2e-5, 1e-6  # m; noise without untouched frames, and its lower bound
+MIN_SHARES = 0.003, 0.002  # lower bounds of the model error over a marker's displacement, and over the largest displacement
+MAX_PRESSES_FOR_NOISE = 60
+SAME_TIP = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses with the identified tip and friction
+SCALE_NUMBERS = 4  # numbers of the scales of position and depth
+REWEIGHTINGS = 20  # rounds in the fit of least absolute errors
 
 
 def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibration | None = None) -> DomeCalibration:
-    """Calibrate a dome from presses by one round tip; known: a calibration whose library is taken. Raises BadCalibration where the presses
-    do not determine it.
+    """Calibrate a dome from presses by one round tip.
+
+    known: a calibration whose library is reused. Raises BadCalibration if the presses do not determine it.
     """
     straight = presses.select(presses.straight() & np.array([field.seen.sum() > len(field) / 4 for field in presses.fields]))
-    if sensor.is_sheet or len(straight) < FEWEST:
-        raise BadCalibration(f'the dome model needs a dome and {FEWEST} straight presses at known places, got {len(straight)} on '
+    if sensor.is_sheet or len(straight) < MIN_PRESSES:
+        raise BadCalibration(f'the dome model needs a dome and {MIN_PRESSES} straight presses at known positions, got {len(straight)} on '
                              f'{sensor.type}')
     rest, camera_centres = common_rest(presses.fields)
     deepest, reached = float(straight.depth.max()), float(np.hypot(*straight.position[:, :2].T).max())
     library = known.library if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
-    noise = FieldNoise(noise_at_rest([field.shift for field in still], STILL, QUIETEST), *SHARES)
+    noise = FieldNoise(noise_at_rest([field.shift for field in still], DEFAULT_NOISE, MIN_NOISE), *MIN_SHARES)
     first = DomeCalibration(library, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
-    some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
+    some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MAX_PRESSES_FOR_NOISE).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
     inverse = first.inverse(sensor)
     quiet = max((inverse.score(inverse.match(field)) for field in still), default=0.0)
-    found = [inverse.solve(field, _true(place, depth), SAME) for field, place, depth in _rows(some)]
+    found = [inverse.solve(field, _true(position, depth), SAME_TIP) for field, position, depth in _rows(some)]
     return replace(_with_remaining_errors(first, found, some), quiet=float(quiet))
 
 
 def _simulated(presses: Presses, rest: np.ndarray, camera_centres: np.ndarray, sensor: MarkerSensor, deepest: float,
                reached: float) -> DomeLibrary:
-    """The library of the dome."""
+    """Identify the dome and simulate its library."""
     marker, cap = _marker_radius(presses.fields[0], rest_points(rest, camera_centres, sensor), camera_centres, sensor), dome_cap(sensor)
     points = centres_of(rest, camera_centres, marker, sensor)
     material, radius = identify_dome(presses, points, np.nan_to_num(camera_centres), cap, sensor.plane_z, marker,
                                      _tip_radius(presses, sensor))
-    reach = min(reached + FARTHER * max(sensor.pitch), 0.9 * sensor.rim_radius)
+    reach = min(reached + REACH_MARGIN * max(sensor.pitch), 0.9 * sensor.rim_radius)
     camera_centre = float(np.nanmedian(camera_centres[:, 2]))
-    plan = DomePlan(sensor.rim_radius, sensor.height, radius, DEEPER * deepest, reach, marker, camera_centre)
+    plan = DomePlan(sensor.rim_radius, sensor.height, radius, DEPTH_MARGIN * deepest, reach, marker, camera_centre)
     return build_library(plan, material)
 
 
 def _marker_radius(field: MarkerField, points: np.ndarray, camera_centres: np.ndarray, sensor: MarkerSensor) -> float:
-    """m: median radius of the untouched markers round the top, where they face the camera; points, camera_centres: (K, 3) m."""
-    nearer = (points[:, 2] - camera_centres[:, 2]) / (sensor.plane_z - camera_centres[:, 2])  # on the dome than in the viewing plane
-    radius = marker_radii(field) * nearer
+    """Median radius, m, of the untouched markers around the top, where they face the camera; points, camera_centres: (K, 3) m."""
+    ratio = (points[:, 2] - camera_centres[:, 2]) / (sensor.plane_z - camera_centres[:, 2])  # distances of dome and viewing plane
+    radius = marker_radii(field) * ratio
     known = radius[np.isfinite(radius) & (np.hypot(*points[:, :2].T) < TOP * sensor.rim_radius)]
-    return float(np.median(known)) if len(known) else LIKELY_MARKER * max(sensor.pitch)
+    return float(np.median(known)) if len(known) else DEFAULT_MARKER_RADIUS * max(sensor.pitch)
 
 
 def _tip_radius(presses: Presses, sensor: MarkerSensor) -> float:
     """Tip radius, m, for which the height of first contact fits the presses best."""
     first = presses.position[:, 2] + presses.depth
-    off = [np.nansum((first_touch_height(presses.position[:, :2], radius, sensor) - first)**2) for radius in RADII]
-    return float(RADII[int(np.argmin(off))])
+    misfits = [np.nansum((first_touch_height(presses.position[:, :2], radius, sensor) - first)**2) for radius in RADIUS_CANDIDATES]
+    return float(RADIUS_CANDIDATES[int(np.argmin(misfits))])
 
 
 def _rows(presses: Presses):
     return zip(presses.fields, presses.position[:, :2], presses.depth)
 
 
-def _true(place: np.ndarray, depth: float) -> np.ndarray:
-    """(1, 7), the press of the calibrated tip."""
-    return np.array([[*place, np.log(depth), 0.0, 0.0, 0.0, 0.0]])
+def _true(position: np.ndarray, depth: float) -> np.ndarray:
+    """Press (1, 7) of the calibrated tip."""
+    return np.array([[*position, np.log(depth), 0.0, 0.0, 0.0, 0.0]])
 
 
 def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
-    """The noise with the model error, over the greatest displacement, that the presses' residuals at their true places show."""
+    """The noise with the model error, over the largest displacement, from the residuals of presses at their true positions."""
     over = []
-    for field, place, depth in _rows(presses):
+    for field, position, depth in _rows(presses):
         size, seen = np.hypot(*np.nan_to_num(field.shift).T), field.seen
-        left = np.mean((field.shift - inverse.appear(_true(place, depth)))[seen]**2) - inverse.noise.still**2
-        over.append(max(left, 0.0) / np.mean(0.5 * size[seen]**2 + 0.5 * size.max()**2 * np.ones(seen.sum())))
+        excess = np.mean((field.shift - inverse.appear(_true(position, depth)))[seen]**2) - inverse.noise.still**2
+        over.append(max(excess, 0.0) / np.mean(0.5 * size[seen]**2 + 0.5 * size.max()**2 * np.ones(seen.sum())))
     share = float(np.sqrt(np.median(over)))
-    return FieldNoise(inverse.noise.still, max(SHARES[0], 0.7 * share), max(SHARES[1], 0.7 * share))
+    return FieldNoise(inverse.noise.still, max(MIN_SHARES[0], 0.7 * share), max(MIN_SHARES[1], 0.7 * share))
 
 
 def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], presses: Presses) -> DomeCalibration:
-    """The calibration with scales that most presses show, and with the standard deviations of place and of depth over depth that the
-    estimates show beyond their covariances and scales.
+    """Add the scales of position and depth, and the standard deviations that the estimates show in addition to covariances and scales.
 
-    Tip radius, depth and distance from the axis are reported together: errors of the model show there, most where a press is shallow. Each
-    press counts by how well it tells them. One exact press at the farthest is added: presses near the axis hardly tell what is there. Where
-    the scales explain no more than their number does by chance (Schwarz 1978), they are 1.
+    Tip radius, depth and distance from the axis are correlated, so that model errors appear there, most in shallow presses. Each press is
+    weighted by its accuracy. One exact press at the largest distance is added, because presses near the axis hardly determine the scale
+    there. If the scales explain no more than their number would by chance (Schwarz 1978), they are 1.
     """
     deep = presses.depth > SHALLOW * presses.depth.max()
     reported, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
     variance = np.array([np.diag(one.covariance)[:3] for one in found])[deep]
-    away, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(reported[:, DEPTH])
-    shallow, places, sigma = shallowness(depth, known.deepest), reported[:, :2], np.sqrt(variance)
+    distance, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(reported[:, DEPTH])
+    shallow, positions, sigma = shallowness(depth, known.deepest), reported[:, :2], np.sqrt(variance)
     out, far, shallow, aside, deeper = (np.append(part, end) for part, end in (
-        (np.sum(places * true, axis=1) / away, known.farthest), (away, known.farthest), (shallow, SHALLOW),
+        (np.sum(positions * true, axis=1) / distance, known.farthest), (distance, known.farthest), (shallow, SHALLOW),
         (np.hypot(*sigma[:, :2].T), np.median(np.hypot(*sigma[:, :2].T))), (sigma[:, 2], np.median(sigma[:, 2]))))
     wider, = _least_absolute(far[:, None] / aside[:, None], out / aside)
     terms = np.column_stack([np.ones(len(far)), (far / known.farthest)**2, shallow])
@@ -203,19 +205,19 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
                      deeper_shallow=float(deeper_shallow))
     errors = []
     for one in (known, scaled):
-        scale = np.array([one.depth_scale(place, fitted) for place, fitted in zip(true, depth)])
-        errors.append((places / one.wider - true, (depth / presses.depth[deep] - scale)[:, None]))
+        scale = np.array([one.depth_scale(position, fitted) for position, fitted in zip(true, depth)])
+        errors.append((positions / one.wider - true, (depth / presses.depth[deep] - scale)[:, None]))
     chi_squares = [np.sum(aside**2 / variance[:, :2]) + np.sum(deeper**2 / variance[:, 2:]) for aside, deeper in errors]
-    if chi_squares[0] - chi_squares[1] < SCALES * np.log(len(true)):
+    if chi_squares[0] - chi_squares[1] < SCALE_NUMBERS * np.log(len(true)):
         scaled, errors[1] = known, errors[0]
-    return replace(scaled, place_error=beyond(errors[1][0], variance[:, :2]), depth_share=beyond(errors[1][1], variance[:, 2:]))
+    return replace(scaled, place_error=excess_sigma(errors[1][0], variance[:, :2]), depth_share=excess_sigma(errors[1][1], variance[:, 2:]))
 
 
 def _least_absolute(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(n,) solution of matrix (N, n) for values (N,) with the least sum of absolute errors, by reweighted least squares."""
+    """Solution (n,) of matrix (N, n) for values (N,) with the smallest sum of absolute errors, by reweighted least squares."""
     weight = np.ones(len(values))
-    for _ in range(REWEIGHTED):
+    for _ in range(REWEIGHTINGS):
         found = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=None)[0]
-        left = np.abs(values - matrix @ found)
-        weight = 1 / np.sqrt(left + 1e-3 * left.max() + 1e-12)
+        error = np.abs(values - matrix @ found)
+        weight = 1 / np.sqrt(error + 1e-3 * error.max() + 1e-12)
     return found

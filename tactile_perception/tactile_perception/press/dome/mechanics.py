@@ -9,18 +9,20 @@ import numpy as np
 
 from ...common.geometry import Cap
 from ...common.marker_sensor import MarkerSensor, dome_cap, rest_points
-from ...errors import BadArgument
+from ...core.errors import BadArgument
 
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
-STEP = 1e-5  # of the unit disc: difference for derivatives, exact to 1e-10
+STEP = 1e-5  # of the unit disc; finite difference for derivatives, accurate to 1e-10
 
 
 @dataclass(frozen=True)
 class MeshPlan:
-    """even: rings of equal width at the touch; rings: in all; width: of the even ones, of the unit disc; harmonics: highest; around:
-    integration points along half a circle. Chosen: under a press of 34 mm on a dome of 120 mm, markers are within 0.03 mm (40 mm off the
-    axis) and 0.04 mm (70 mm off) of those of a mesh with rings of half the width and seven harmonics; with 28 rings and four harmonics
-    0.05 and 0.12 mm. Far rings count, because the gas makes all of the skin bulge.
+    """Plan of a mesh.
+
+    even: rings of equal width at the contact; rings: total number; width: of the even ones, in the unit disc; harmonics: highest; around:
+    integration points along half a circle. Under a press of 34 mm on a dome of 120 mm, markers are within 0.03 mm (40 mm from the axis) and
+    0.04 mm (70 mm from it) of those of a mesh with rings of half the width and seven harmonics; with 28 rings and four harmonics 0.05 and
+    0.12 mm. Distant rings matter, because the gas makes all of the skin bulge.
     """
 
     even: int = 12
@@ -36,12 +38,12 @@ class MeshPlan:
 
     @property
     def edges(self) -> np.ndarray:
-        """(rings + 1,) radii of the rings in the unit disc, from 0 to 1: even, then growing by a constant factor."""
-        left, count = 1 - self.even * self.width, self.rings - self.even
+        """Radii (rings + 1,) of the rings in the unit disc, from 0 to 1: even, then growing by a constant factor."""
+        outer, count = 1 - self.even * self.width, self.rings - self.even
         low, high = 1.0, 3.0
         for _ in range(60):
             factor = (low + high) / 2
-            low, high = (factor, high) if self.width * np.sum(factor**np.arange(1, count + 1)) < left else (low, factor)
+            low, high = (factor, high) if self.width * np.sum(factor**np.arange(1, count + 1)) < outer else (low, factor)
         widths = np.concatenate([np.full(self.even, self.width), self.width * low**np.arange(1, count + 1)])
         return np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum()
 
@@ -52,18 +54,18 @@ def disc_scale(cap: Cap) -> float:
 
 
 def disc_of(points: np.ndarray, cap: Cap) -> np.ndarray:
-    """(K,) complex: places in the unit disc of points (K, 3), m, on the cap."""
+    """Positions (K,), complex, in the unit disc of points (K, 3), m, on the cap."""
     return (points[:, 0] + 1j * points[:, 1]) / ((cap.curvature_radius + points[:, 2] - cap.centre_z) * disc_scale(cap))
 
 
 def shift_of(across: float, tip_radius: float, cap: Cap) -> float:
-    """The automorphism's a for a tip of tip_radius, m, whose centre is across, m, from the dome's axis as it first touches."""
+    """Shift a of the automorphism for a tip of tip_radius, m, whose centre is across, m, from the dome's axis at first contact."""
     angle = np.arcsin(min(across / (cap.curvature_radius + tip_radius), 0.99))
     return float(np.tan(angle / 2) / disc_scale(cap))
 
 
 class DomeMesh:
-    """The mesh of a touch with the automorphism's shift on a cap.
+    """The mesh of a contact with the automorphism's shift on a cap.
 
     At P points in each of n ring elements: rest (n, P, 3), m, and its derivatives along the radius and along the circle, scale (n, P), m:
     length per length in the disc, weight (n, P): area in the disc. Coefficients of a field are (rings + 1, 3, harmonics + 1); even
@@ -86,9 +88,9 @@ class DomeMesh:
         self._bands = [self._band(waves, free) for waves, free in zip(self._waves, self.free)]
         self.weight = np.repeat(width / 2 * radius * np.pi / plan.around, plan.around, axis=1)
         z = (radius[..., None] * np.exp(1j * phi)).reshape(self.n, -1)
-        way = STEP * z / np.abs(z)
+        step = STEP * z / np.abs(z)
         self.rest = self.points(z)
-        self.along, self.across = ((self.points(z + by) - self.points(z - by)) / (2 * STEP) for by in (way, 1j * way))
+        self.along, self.across = ((self.points(z + by) - self.points(z - by)) / (2 * STEP) for by in (step, 1j * step))
         self.scale = np.linalg.norm(self.along, axis=-1)  # the map is conformal
 
     def _around(self, phi: np.ndarray, odd: bool) -> np.ndarray:
@@ -100,7 +102,7 @@ class DomeMesh:
         return np.stack([plain, plain, turned])
 
     def points(self, z: np.ndarray) -> np.ndarray:
-        """(..., 3) m: the places on the cap of points z (...) of the disc, complex, by the inverse stereographic projection."""
+        """Positions (..., 3), m, on the cap of points z (...) of the disc, complex, by the inverse stereographic projection."""
         moved = disc_scale(self.cap) * (z + self.shift) / (1 + self.shift * z)
         far = 2 / (1 + np.abs(moved)**2)
         unit = np.stack([far * moved.real, far * moved.imag, far - 1], axis=-1)
@@ -114,7 +116,7 @@ class DomeMesh:
         return near.reshape(3, 3, self.n, -1).transpose(0, 2, 3, 1)
 
     def gathered(self, loads: np.ndarray, odd: bool = False) -> np.ndarray:
-        """(size,): sums over the points of loads (1, n, P, 3) on the value, or (3, n, P, 3) on the derivatives, too."""
+        """Sums (size,) over the points of loads (1, n, P, 3) on the value, or (3, n, P, 3) also on the derivatives."""
         kinds = len(loads)
         by_wave = loads.transpose(0, 3, 1, 2).reshape(kinds, 3, 2 * self.n, -1) @ self._waves[odd][:kinds]
         near = np.einsum('kngr,kcngm->nrcm', self._radial[:kinds], by_wave.reshape(kinds, 3, self.n, 2, -1))
@@ -135,8 +137,11 @@ class DomeMesh:
         return solve_banded((wide, wide), band, np.where(free[:, None], right, 0.0), check_finite=False)
 
     def _band(self, waves: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of the tangent's band, which rings and their neighbours form: products of waves (9, 4 around, orders^2) of pairs of components,
-        places in the band and numbers of the elements' entries that count."""
+        """Structure of the tangent's band, which rings and their neighbours form.
+
+        Returns products of waves (9, 4 around, orders^2) of pairs of components, and the indices in the band and the numbers of the entries
+        that are not constrained.
+        """
         orders, kinds = waves.shape[3], waves[[0, 2]]
         pairs = np.einsum('acpm,bdpk->cdabpmk', kinds, kinds).reshape(9, -1, orders**2)
         of, wide = np.arange(6 * orders).reshape(2, 3, -1) + 3 * orders * np.arange(self.n)[:, None, None, None], 6 * orders - 1
@@ -146,7 +151,7 @@ class DomeMesh:
         return pairs, ((wide + row - column) * len(free) + column).ravel()[kept], kept
 
     def _free(self, odd: bool) -> np.ndarray:
-        """(size,) bool: coefficients that are not zero: none at the rim, the zeroth harmonic alone in the centre, no sine of zero."""
+        """Mask (size,) of the free coefficients: none at the rim, only the zeroth harmonic in the centre, no sine of zero."""
         free = np.ones((self.n + 1, 3, self.plan.harmonics + 1), bool)
         free[-1] = free[0, :, 1:] = False
         free[:, [0, 2] if odd else [1], 0] = False
@@ -154,7 +159,7 @@ class DomeMesh:
 
 
 class OnMesh:
-    """Points (K, 3), m, on the cap, where they are on a mesh."""
+    """Locates points (K, 3), m, of the cap on a mesh."""
 
     def __init__(self, mesh: DomeMesh, points: np.ndarray):
         w = disc_of(points, mesh.cap)
@@ -165,27 +170,29 @@ class OnMesh:
         self._waves, self._inside, self._shape = (np.cos(phase), np.sin(phase)), radius[:, None] <= 1, (mesh.n + 1, 3, -1)
 
     def displaced(self, field: np.ndarray, odd: bool = False) -> np.ndarray:
-        """(K, 3) m, displacement of the points by a field (size,)."""
+        """Displacements (K, 3), m, of the points by a field (size,)."""
         rings = field.reshape(self._shape)
         here = rings[self._low] * (1 - self._part) + rings[self._low + 1] * self._part
         moved = [np.einsum('km,km->k', here[:, axis], self._waves[(axis == 1) != odd]) for axis in range(3)]
         return np.where(self._inside, np.stack(moved, axis=1), 0.0)
 
 
-STIFF = 4e6      # 1/m^2 times the tension over G, penalty stiffness of contact: penetration is some ten micrometres. Chosen
-SOFT = 10e-6     # m: half width of the transition into contact. Chosen
-STEPS = 24       # Newton steps at most, before the load step is halved. Chosen
-EXACT = 8        # first ones by the exact tangent; later ones by the secant of what slips: stick and slip might take turns for ever. Chosen
-HALVINGS = 4     # of a load step, at most. Chosen
-SETTLED = 2e-6   # m: largest last Newton step. Chosen: far below the noise of a marker
-STRIDE = 2e-3    # m: limit of a Newton step. Chosen
+PENALTY = 4e6  # 1/m^2 times the tension over G; penalty stiffness of contact, for a penetration of about 10 um
+TRANSITION = 10e-6  # m; half width of the transition into contact
+MAX_NEWTON_STEPS = 24  # before the load step is halved
+EXACT_STEPS = 8  # first steps use the exact tangent; later ones the secant of sliding points, as stick and slip might alternate for ever
+MAX_HALVINGS = 4  # of a load step
+NEWTON_TOLERANCE = 2e-6  # m; largest last Newton step, far below the noise of a marker
+MAX_STEP = 2e-3  # m, of a Newton step
 
 
 @dataclass(frozen=True)
 class DomeMaterial:
-    """squeeze: prestretch^-6, by which a stretched skin is weaker than a soap film of the same tension; gas: relative growth of the
-    pressure over relative loss of volume, 0 for a pressure that is held; friction: coefficient between tip and skin. Raises BadArgument
-    for numbers out of range.
+    """Material of a dome.
+
+    squeeze: prestretch^-6, by which a stretched skin is weaker than a soap film of the same tension; gas: relative increase of the pressure
+    over relative loss of volume, 0 for a constant pressure; friction: coefficient between tip and skin. Raises BadArgument for numbers out
+    of range.
     """
 
     squeeze: float = 0.5
@@ -199,12 +206,15 @@ class DomeMaterial:
 
 @dataclass
 class _Touch:
-    """Contact at the points: which are in contact (n, P), force and place of sticking (n, P, 3), tangent (n, P, 3, 3) for Newton's method,
-    and those where all of it rubs and sticks."""
+    """Contact at the points.
+
+    on: (n, P), which points are in contact; force, stick_position: (n, P, 3), force and position of sticking; tangent: (n, P, 3, 3), for
+    Newton's method; rubbed, stuck: the tangents if all points slide or stick.
+    """
 
     on: np.ndarray
     force: np.ndarray
-    stick_place: np.ndarray
+    stick_position: np.ndarray
     tangent: np.ndarray
     rubbed: np.ndarray
     stuck: np.ndarray
@@ -212,9 +222,11 @@ class _Touch:
 
 @dataclass(frozen=True)
 class PressedDome:
-    """Fields of one tip at D depths: straight (D, size): displacement; along, across (D, size), even and odd: by a tip that carries
-    the skin as far aside as it is deep, along the meridian and across it; push, push_along, push_across (D, 3): forces of the tip, over G,
-    that belong to them. NaN from the first depth without convergence, and where not wanted."""
+    """Fields of one tip at D depths; NaN from the first depth without convergence, and where not requested.
+
+    straight: (D, size), displacement; along, across: (D, size), even and odd, by a tip that moves the skin laterally by its depth, along
+    the meridian and across it; push, push_along, push_across: (D, 3), the corresponding forces of the tip, over G.
+    """
 
     straight: np.ndarray
     along: np.ndarray
@@ -225,17 +237,22 @@ class PressedDome:
 
 
 def press_dome(mesh: DomeMesh, depths: np.ndarray, radius: float, material: DomeMaterial, drags: int = 1) -> PressedDome:
-    """Press a tip of radius, m, straight down at the mesh's centre to rising depths (D,), m; friction depends on the path. drags:
-    every so many depths along and across are wanted, 0 for never."""
+    """Press a tip of radius, m, straight down at the mesh's centre to rising depths (D,), m, along which friction acts.
+
+    drags: every how many depths the fields along and across are computed, 0 for never.
+    """
     return _Press(mesh, radius, material).path(np.asarray(depths, float), drags)
 
 
 @dataclass
 class _Skin:
-    """The skin at the points (n, P, 3): places, m; edges along the radius and along the circle (2, n, P, 3), their normal, derivatives of
-    half its square by the edges and the stress along them (2, n, P, 3); volume below it, m^3."""
+    """The skin at the points.
 
-    places: np.ndarray
+    positions: (n, P, 3), m; edges: (2, n, P, 3), along the radius and along the circle; normal: of the edges; bends, stress: (2, n, P, 3),
+    derivatives of half the square of the normal by the edges, and the stress along them; volume: below the skin, m^3.
+    """
+
+    positions: np.ndarray
     edges: np.ndarray
     normal: np.ndarray
     bends: np.ndarray
@@ -244,30 +261,30 @@ class _Skin:
 
 
 class _Press:
-    """One press, by load steps."""
+    """Simulates one press by load steps."""
 
     def __init__(self, mesh: DomeMesh, radius: float, material: DomeMaterial):
         self._mesh, self._radius, self._material, self._u = mesh, radius, material, np.zeros(mesh.plan.size)
         self._weight, self._area = mesh.weight[..., None], (mesh.weight * mesh.scale**2)[..., None]
-        self._stiff, self._squeeze = STIFF * (1 - material.squeeze), material.squeeze * mesh.scale**6  # of the edges per length in the disc
+        self._stiff, self._squeeze = PENALTY * (1 - material.squeeze), material.squeeze * mesh.scale**6  # per length in the disc
         cap = mesh.cap
         skin, self._pressure = self._skin(), 2 * (1 - material.squeeze) / cap.curvature_radius
         self._volume = skin.volume
         # Of the discretisation: the sphere is the exact equilibrium.
-        self._bias = self._pull(skin, np.zeros(skin.places.shape)) - self._pressure * self._swell(skin)
+        self._bias = self._pull(skin, np.zeros(skin.positions.shape)) - self._pressure * self._swell(skin)
         at = np.array([0.0, 0.0, cap.centre_z])
         self._first = at + (mesh.points(np.array(0j)) - at) * (1 + radius / cap.curvature_radius)  # of the tip's centre
-        self._settled = np.zeros(mesh.weight.shape, bool), np.zeros(mesh.rest.shape), self._first, skin.places - self._first
+        self._settled = np.zeros(mesh.weight.shape, bool), np.zeros(mesh.rest.shape), self._first, skin.positions - self._first
 
     def path(self, depths: np.ndarray, drags: int) -> PressedDome:
-        """See press_dome."""
+        """Simulate the path as press_dome does."""
         found = PressedDome(*(np.full((len(depths), size), np.nan) for size in (*[self._mesh.plan.size] * 3, 3, 3, 3)))
         last, before, at = self._u, 0.0, 0.0
         for k, depth in enumerate(depths):
             start = self._u
             if at > before:
                 self._u = start + (start - last) * min((depth - at) / (at - before), 2.0)
-            if not self._reach(at, depth, start, HALVINGS):
+            if not self._reach(at, depth, start, MAX_HALVINGS):
                 break
             last, before, at = start, at, depth
             found.straight[k], found.push[k] = self._u, self._push()
@@ -277,7 +294,7 @@ class _Press:
         return found
 
     def _reach(self, at: float, depth: float, start: np.ndarray, halvings: int) -> bool:
-        """Settle at depth, or go there from at by two halves; False where it does not converge."""
+        """Settle at depth, directly or in two half steps from at; False without convergence."""
         if self._settle(depth):
             return True
         self._u = start
@@ -286,42 +303,45 @@ class _Press:
         return self._reach((at + depth) / 2, depth, self._u, halvings - 1)
 
     def _settle(self, depth: float) -> bool:
-        """Newton's method for equilibrium at depth; False where it does not converge."""
+        """Find the equilibrium at depth by Newton's method; False without convergence."""
         centre = self._first - [0.0, 0.0, depth]
         self._held, self._anchor = self._met(centre)
-        for turn in range(STEPS):
-            residual, touch = self._balance(centre, turn < EXACT)
+        for number in range(MAX_NEWTON_STEPS):
+            residual, touch = self._balance(centre, number < EXACT_STEPS)
             step = self._with_gas(self._tangent, -residual, self._swelling)
             if not np.isfinite(step).all():
                 return False
             largest = np.abs(step).max()
-            self._u = self._u + step * min(1.0, STRIDE / max(largest, 1e-12))
-            if largest < SETTLED:
-                self._settled = touch.on, np.where(touch.on[..., None], touch.stick_place, 0.0), centre, self._skin().places - centre
+            self._u = self._u + step * min(1.0, MAX_STEP / max(largest, 1e-12))
+            if largest < NEWTON_TOLERANCE:
+                self._settled = touch.on, np.where(touch.on[..., None], touch.stick_position, 0.0), centre, self._skin().positions - centre
                 self._touching = touch
                 return True
         return False
 
     def _met(self, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which points stick (n, P), and their places (n, P, 3) from the tip's centre, as the tip goes from where it settled to centre.
+        """Which points stick (n, P), and their positions (n, P, 3) from the tip's centre, as the tip moves from where it settled to centre.
 
-        Those that stuck, and those that it meets on its way, were the skin at rest meanwhile. A point that stuck at the end of its first
-        step alone would slip by a part of that step.
+        These are the points that stuck before and those that the tip meets on its path through the skin at rest. If a point stuck only from
+        the end of its first step, it would slip by a part of that step.
         """
         held, anchor, before, offset = self._settled
         down, up = before[2] - centre[2], -offset[..., 2]
-        root = up**2 - np.sum(offset**2, axis=-1) + (self._radius + SOFT)**2
-        way = np.clip(up - np.sqrt(np.maximum(root, 0.0)), 0.0, None)
-        meets = ~held & (root > 0) & (way < down)
-        return held | meets, np.where(meets[..., None], offset + way[..., None] * [0.0, 0.0, 1.0], anchor)
+        root = up**2 - np.sum(offset**2, axis=-1) + (self._radius + TRANSITION)**2
+        travel = np.clip(up - np.sqrt(np.maximum(root, 0.0)), 0.0, None)
+        meets = ~held & (root > 0) & (travel < down)
+        return held | meets, np.where(meets[..., None], offset + travel[..., None] * [0.0, 0.0, 1.0], anchor)
 
     def _balance(self, centre: np.ndarray, exact: bool) -> tuple[np.ndarray, _Touch]:
-        """Residual force (size,) and contact. Sets the tangent at the points (for DomeMesh.solve), the derivative of half the volume by the
-        coefficients (size,), and that of the pressure by the volume. exact: see _touch."""
+        """Residual force (size,) and contact.
+
+        Sets the tangent at the points (for DomeMesh.solve), the derivative of half the volume by the coefficients (size,), and that of the
+        pressure by the volume. exact: see _touch.
+        """
         skin = self._skin()
         share = self._volume / skin.volume
         pressure = self._pressure * (1 + self._material.gas * (share - 1))
-        touch, self._swelling = self._touch(skin.places - centre, exact), self._swell(skin)
+        touch, self._swelling = self._touch(skin.positions - centre, exact), self._swell(skin)
         self._softer = -2 * self._pressure * self._material.gas * share / skin.volume
         along, across = skin.edges
         self._tangent = np.zeros((*self._mesh.weight.shape, 9, 9))
@@ -332,38 +352,40 @@ class _Press:
         return self._pull(skin, touch.force * self._area) - pressure * self._swelling - self._bias, touch
 
     def _skin(self) -> _Skin:
-        """At the present coefficients."""
+        """The skin at the current coefficients."""
         mesh = self._mesh
         moved, *edges = mesh.at_points(self._u)
         along, across = edges[0] + mesh.along, edges[1] + mesh.across
-        normal, places = np.cross(along, across), mesh.rest + moved
+        normal, positions = np.cross(along, across), mesh.rest + moved
         bends = np.stack([np.cross(across, normal), np.cross(normal, along)])
         edges = np.stack([along, across])
         stress = edges - self._squeeze[..., None] / np.sum(normal**2, axis=-1, keepdims=True)**2 * bends
-        return _Skin(places, edges, normal, bends, stress, 2 / 3 * np.sum(mesh.weight * np.sum(places * normal, axis=-1)))
+        return _Skin(positions, edges, normal, bends, stress, 2 / 3 * np.sum(mesh.weight * np.sum(positions * normal, axis=-1)))
 
     def _pull(self, skin: _Skin, force: np.ndarray) -> np.ndarray:
-        """(size,) force of the skin, and of the tip at the points (n, P, 3)."""
+        """Force (size,) of the skin, and of the tip at the points (n, P, 3)."""
         return self._mesh.gathered(np.concatenate([force[None], skin.stress * self._weight]))
 
     def _swell(self, skin: _Skin) -> np.ndarray:
-        """(size,) derivative of half the volume."""
+        """Derivative (size,) of half the volume."""
         return self._mesh.gathered((skin.normal * self._weight)[None])
 
     def _with_gas(self, tangent: np.ndarray, right: np.ndarray, push: np.ndarray, odd: bool = False) -> np.ndarray:
-        """(size,): solution for right (size,). The gas couples all points: its tangent is a product of two vectors push (size,) (Sherman
-        and Morrison 1950)."""
+        """Solution (size,) for right (size,).
+
+        The gas couples all points: its tangent is a product of two vectors push (size,) (Sherman and Morrison 1950).
+        """
         found = self._mesh.solve(tangent, np.stack([right, push], axis=1), odd)
         return found[:, 0] + found[:, 1] * (self._softer * (push @ found[:, 0]) / (1 - self._softer * (push @ found[:, 1])))
 
-    def _dragged(self, axis: int, way: float) -> tuple[np.ndarray, np.ndarray]:
-        """(size,) displacement where the tip goes by way, m, along x or y and carries the skin as far; and the change (3,) of the force of
-        the tip. The skin sticks to it; without friction, traction in proportion to the pressure carries it, as of a tip in gross slip.
+    def _dragged(self, axis: int, travel: float) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement (size,) if the tip moves by travel, m, along x or y and the skin with it; and the change (3,) of the tip's force.
 
-        Linear, and yet near for a long way: the part of the skin in contact moves as one, and an ideal balloon answers linearly.
+        The skin sticks to the tip; without friction, traction in proportion to the pressure moves it, as of a tip in gross slip. The result
+        is linear but accurate for a long travel: the skin in contact moves as one, and an ideal balloon responds linearly.
         """
-        odd, aside, tangent = axis == 1, np.eye(3)[axis] * way, self._tangent.copy()
-        push = np.zeros_like(self._u) if odd else self._swelling  # mirror symmetry keeps the gas out of the odd field
+        odd, aside, tangent = axis == 1, np.eye(3)[axis] * travel, self._tangent.copy()
+        push = np.zeros_like(self._u) if odd else self._swelling  # by symmetry the gas does not affect the odd field
         rubs = self._material.friction == 0
         held = tangent[..., :3, :3] = (self._touching.rubbed if rubs else self._touching.stuck) * self._area[..., None]
 
@@ -375,48 +397,49 @@ class _Press:
 
         moved, traction = answer(held @ aside), 0.0
         if rubs:
-            normal = self._touching.force * self._area  # of the skin on the tip, outwards from it
+            normal = self._touching.force * self._area  # of the skin on the tip, outward
             size = np.linalg.norm(normal, axis=-1, keepdims=True)
             along = size * aside - normal * (normal @ aside)[..., None] / np.maximum(size, 1e-30)
             more = answer(along)
             weight = size / max(size.sum(), 1e-30)
-            lacks, gives = (np.sum(weight * (part @ aside)[..., None]) for part in (aside - at_points(moved), at_points(more)))
-            moved, traction = moved + more * (lacks / gives), along * (lacks / gives)
+            missing, response = (np.sum(weight * (part @ aside)[..., None]) for part in (aside - at_points(moved), at_points(more)))
+            moved, traction = moved + more * (missing / response), along * (missing / response)
         force = np.sum(np.matmul(held, (aside - at_points(moved))[..., None])[..., 0] + traction, axis=(0, 1))
         return moved, 2 * force * ([0.0, 1.0, 0.0] if odd else [1.0, 0.0, 1.0])
 
     def _push(self) -> np.ndarray:
-        """(3,) force of the tip on the skin, both halves."""
+        """Force (3,) of the tip on the skin, both halves."""
         return -2 * np.sum(self._touching.force * self._area, axis=(0, 1)) * [1.0, 0.0, 1.0]
 
     def _touch(self, offset: np.ndarray, exact: bool) -> _Touch:
         """Contact pressure and Coulomb friction (return mapping, elastic stick) at points offset (n, P, 3), m, from the tip's centre.
 
-        exact: whether the tangent of what slips is exact, else its secant. That the direction of the pressure turns is left out of it: on a
-        slope without friction, points of the border would come and go."""
+        exact: whether the tangent of sliding points is exact, else their secant. The rotation of the pressure is omitted from it, because
+        on a slope without friction, points of the border would alternate.
+        """
         distance = np.linalg.norm(offset, axis=-1)
-        normal, deep, friction = offset / distance[..., None], self._radius + SOFT - distance, self._material.friction
+        normal, deep, friction = offset / distance[..., None], self._radius + TRANSITION - distance, self._material.friction
         on, held = deep > 0, self._held & (deep > 0)
-        stiff = self._stiff * np.clip(deep / (2 * SOFT), 0, 1)
-        pressure = np.where(on, np.where(deep < 2 * SOFT, stiff * deep / 2, self._stiff * (deep - SOFT)), 0.0)
+        stiff = self._stiff * np.clip(deep / (2 * TRANSITION), 0, 1)
+        pressure = np.where(on, np.where(deep < 2 * TRANSITION, stiff * deep / 2, self._stiff * (deep - TRANSITION)), 0.0)
         slid = np.where(held[..., None], offset - self._anchor, 0.0)
         slid -= np.sum(slid * normal, axis=-1, keepdims=True) * normal
         amount, stick = np.linalg.norm(slid, axis=-1), self._stiff / 2
         sticks = np.where(stick * amount > friction * pressure, friction * pressure / np.maximum(amount, 1e-30), stick)
         rub = sticks[..., None] * slid
-        way, up = slid / np.maximum(amount, 1e-30)[..., None], normal[..., :, None] * normal[..., None, :]
+        direction, up = slid / np.maximum(amount, 1e-30)[..., None], normal[..., :, None] * normal[..., None, :]
         flat = np.eye(3) - up
         rubbed = np.where(on[..., None, None], stiff[..., None, None] * up - (pressure / distance)[..., None, None] * flat, 0.0)
         tangent = stiff[..., None, None] * up + (sticks * held)[..., None, None] * flat
         if exact:
-            sliding = sticks[..., None] * way + (friction * stiff)[..., None] * normal
-            tangent -= np.where(((sticks < stick) & held)[..., None, None], way[..., :, None] * sliding[..., None, :], 0.0)
+            sliding = sticks[..., None] * direction + (friction * stiff)[..., None] * normal
+            tangent -= np.where(((sticks < stick) & held)[..., None, None], direction[..., :, None] * sliding[..., None, :], 0.0)
         return _Touch(on, rub - pressure[..., None] * normal, offset - rub / stick, tangent, rubbed,
                       rubbed + (stick * on)[..., None, None] * flat)
 
 
 def _cross_matrix(a: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) matrix of the product a x."""
+    """Matrix (..., 3, 3) of the cross product with a."""
     matrix = np.zeros(a.shape + (3,))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         matrix[..., i, j], matrix[..., j, i] = -a[..., k], a[..., k]
@@ -441,28 +464,30 @@ def _membrane_tangent(skin: _Skin, squeeze: np.ndarray) -> np.ndarray:
     return tangent
 
 
-COUNT = 12      # points of an outline. Chosen: of 24, a centroid differs by less than a micrometre
+COUNT = 12  # points of an outline; with 24, a centroid differs by less than a micrometre
 #: Distance of the points over a disc's radius for which the polygon has the disc's second moment over its area; derived.
 STRETCH = float(np.sqrt(3 / (2 + np.cos(2 * np.pi / COUNT))))
-LEAST = 0.02    # of the mean: least area of a part of an outline. Chosen: a part that is seen from behind must not weigh negatively
+MIN_AREA = 0.02  # of the mean; area of a part of an outline: a part visible from behind must not count negatively
 
 
 def outlines(points: np.ndarray, marker: float, cap: Cap) -> np.ndarray:
-    """(K, COUNT + 1, 3) m: points (K, 3), m, on a cap, and the outlines of discs of radius marker, m, around them, along the skin: polygons
-    with the second moments of the discs."""
+    """Points (K, 3), m, on a cap with the outlines of discs of radius marker, m, around them on the skin: (K, COUNT + 1, 3), m.
+
+    The outlines are polygons with the second moments of the discs.
+    """
     centre = np.array([0.0, 0.0, cap.centre_z])
     up = (points - centre) / cap.curvature_radius
     along = np.stack([up[:, 2], np.zeros(len(up)), -up[:, 0]], axis=1)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     across = np.cross(up, along)
     turn, angle = np.arange(COUNT) * 2 * np.pi / COUNT, STRETCH * marker / cap.curvature_radius
-    way = np.cos(turn)[:, None] * along[:, None] + np.sin(turn)[:, None] * across[:, None]
-    round_it = centre + cap.curvature_radius * (np.cos(angle) * up[:, None] + np.sin(angle) * way)
-    return np.concatenate([points[:, None], round_it], axis=1)
+    direction = np.cos(turn)[:, None] * along[:, None] + np.sin(turn)[:, None] * across[:, None]
+    corners = centre + cap.curvature_radius * (np.cos(angle) * up[:, None] + np.sin(angle) * direction)
+    return np.concatenate([points[:, None], corners], axis=1)
 
 
 def appear_at(outline: np.ndarray, camera_centres: np.ndarray) -> np.ndarray:
-    """(..., 2): tangents of the directions in which outlines (..., COUNT + 1, 3) appear from camera_centres (..., 3): their centroids."""
+    """Tangents (..., 2) of the directions of the centroids of outlines (..., COUNT + 1, 3), as observed from camera_centres (..., 3)."""
     offset = outline - camera_centres[..., None, :]
     seen = offset[..., :2] / offset[..., 2:]
     middle, first = seen[..., :1, :], seen[..., 1:, :]
@@ -470,24 +495,26 @@ def appear_at(outline: np.ndarray, camera_centres: np.ndarray) -> np.ndarray:
     a, b = first - middle, second - middle
     area = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     area = area * np.sign(area.sum(axis=-1, keepdims=True))
-    area = np.maximum(area, LEAST * np.abs(area).mean(axis=-1, keepdims=True) + 1e-30)
+    area = np.maximum(area, MIN_AREA * np.abs(area).mean(axis=-1, keepdims=True) + 1e-30)
     return np.sum(area[..., None] * (middle + first + second), axis=-2) / (3 * area.sum(axis=-1)[..., None])
 
 
 def centres_of(rest: np.ndarray, camera_centres: np.ndarray, marker: float, sensor: MarkerSensor) -> np.ndarray:
-    """(K, 3) m: centres of the untouched markers of radius marker, m, that appear at rest (K, 2), m, in the viewing plane from
-    camera_centres (K, 3), m; NaN where unknown."""
+    """Centres (K, 3), m, of untouched markers that appear at rest (K, 2), m, in the viewing plane; NaN if unknown.
+
+    camera_centres: (K, 3) m; marker: m, radius of the markers.
+    """
     points = rest_points(rest, camera_centres, sensor)
-    for _ in range(2):  # each step leaves a twentieth
+    for _ in range(2):  # each step reduces the error to a twentieth
         appear = appear_at(outlines(points, marker, dome_cap(sensor)),
                            camera_centres) * (sensor.plane_z - camera_centres[:, 2:]) + camera_centres[:, :2]
-        off = points[:, :2] - camera_centres[:, :2]
-        centre = off / (points[:, 2:] - camera_centres[:, 2:]) * (sensor.plane_z - camera_centres[:, 2:]) + camera_centres[:, :2]
+        offset = points[:, :2] - camera_centres[:, :2]
+        centre = offset / (points[:, 2:] - camera_centres[:, 2:]) * (sensor.plane_z - camera_centres[:, 2:]) + camera_centres[:, :2]
         points = rest_points(rest + centre - appear, camera_centres, sensor)
     return points
 
 
-def seen_at(places: np.ndarray, camera_centres: np.ndarray, plane_z: float) -> np.ndarray:
-    """(K, 2) m: apparent places, in the viewing plane, of places (K, 3), m, seen from camera_centres (K, 3), m."""
-    offset = places - camera_centres
+def seen_at(positions: np.ndarray, camera_centres: np.ndarray, plane_z: float) -> np.ndarray:
+    """Apparent positions (K, 2), m, in the viewing plane, of positions (K, 3), m, observed from camera_centres (K, 3), m."""
+    offset = positions - camera_centres
     return camera_centres[:, :2] + offset[:, :2] * ((plane_z - camera_centres[:, 2]) / offset[:, 2])[:, None]

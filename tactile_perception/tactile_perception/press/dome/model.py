@@ -1,51 +1,53 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Touches of a dome by its mechanics: the one or two presses, straight or dragged, that best explain a frame (src/press/dome_fit.cpp), from
-the best match in a table of starts."""
+"""Contacts on a dome from its mechanics.
+
+The result is the one or two presses, straight or dragged, that best explain a frame (src/press/dome_fit.cpp), from the best match in a
+table of starts.
+"""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ... import _core
 from ...common.geometry import cross
 from ...common.marker_sensor import MarkerSensor, first_touch_height
-from ...errors import BadArgument
+from ...core.errors import BadArgument
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
 from .library import RADIUS_SPREAD, DomeLibrary
 from .mechanics import centres_of, seen_at
 
-X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.DomeLibrary
+X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.press.DomeLibrary
 PRESS = 7
-FAINTEST = 1e-5          # m, least depth. Chosen: far below what markers show
-LIMIT = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, way of a drag over depth. Chosen
-RINGS, DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.6, 0.85)  # starts, of rim radius and deepest press. Chosen
-FAINTEST_START = 0.01    # least depth of a start over the least one of the table. Chosen
-LEAST_MISFIT = 0.1       # of a covariance: no fit is believed to be better. Chosen
-TERMS = 5                # degree of the polynomials that describe what a sum of fields lacks, which is smooth. Chosen
-
-
-SEEN = 12                # markers needed. Chosen
-PLACE_AND_DEPTH = 3      # numbers that a faint press tells
-BEYOND = 1.02            # times the calibrated depth: deeper is out of range
-EDGE = 0.98              # of the library's reach, from which a touch is at the edge
+MIN_DEPTH = 1e-5  # m; far below what markers show
+STEP_LIMITS = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, displacement of a drag over depth
+START_RINGS, START_DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.6, 0.85)  # over rim radius and deepest press
+MIN_START_DEPTH = 0.01  # over the smallest depth of the table of starts
+MIN_MISFIT = 0.1  # in a covariance; no fit is assumed to be better
+POLYNOMIAL_DEGREE = 5  # of the error of a sum of two fields, which is smooth
+MIN_MARKERS = 12
+FAINT_PRESS_NUMBERS = 3  # that a faint press determines: position and depth
+MAX_RELATIVE_DEPTH = 1.02  # over the calibrated depth; deeper presses are out of range
+MAX_RELATIVE_REACH = 0.98  # of the library's reach; contacts beyond are at the edge
 
 
 @dataclass(frozen=True)
 class DomeConstants:
-    """What decides; all chosen on simulated domes. Pairs are of place and depth. Of tips, frictions and drags: PressPrior.
+    """Constants of the dome method, tuned on simulated domes. Pairs are of position and depth. Tips, frictions and drags: PressPrior.
 
-    alike: standard deviation that model errors of neighbouring markers, which are alike, count over their own
-    stands_out: least match of a touch, standard deviations of noise; quieter: the same over the greatest match of untouched frames
-    sure: least depth over its standard deviation, and tip radius over that of the place: fainter touches are not reported
-    faint: times the least match, up to which two presses pass for one
+    alike: factor on the standard deviation of model errors, because those of neighbouring markers are similar
+    stands_out: smallest match of a contact in noise standard deviations; quieter: the same over the largest match of untouched frames
+    sure: smallest depth over its standard deviation, and tip radius over that of the position; fainter contacts are not reported
+    faint: factor on the smallest match, below which two presses may be mistaken for one
     ordinary: residual chi-square of presses under their own hypothesis, which is 0.4 to 2
-    unexplained: chi-square from which an estimate is ambiguous
-    not_linear: errors over the way of a drag, which is linearised; the first of displacements, too
+    unexplained: chi-square above which an estimate is ambiguous
+    not_linear: errors over the displacement of a drag, which is linearised; the first also of displacements
     added: error of the depth of each of two presses, whose fields are added
-    scaled: error of a scale over the correction that the calibrated tip needs: another tip may need another
-    apart: pitches: least distance of the starts of two touches
+    scaled: error of a scale over the correction of the calibrated tip; another tip may need another correction
+    apart: pitches; smallest distance of the starts of two contacts
     """
 
     alike: float = 4.5
@@ -66,8 +68,10 @@ CONSTANTS = DomeConstants()
 
 @dataclass(frozen=True)
 class FieldNoise:
-    """Standard deviations of displacements per axis: still, m, of an untouched marker; share: model error over a marker's displacement,
-    and top: over the greatest displacement."""
+    """Standard deviations of displacements per axis.
+
+    still: m, of an untouched marker; share: model error over a marker's displacement; top: over the largest displacement.
+    """
 
     still: float
     share: float
@@ -76,10 +80,13 @@ class FieldNoise:
 
 @dataclass(frozen=True)
 class PressPrior:
-    """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of its number (see
-    FRICTIONS in library.py); tip, tip_sigma: mean and standard deviation of the log radius over the library's spread; together: what the
-    sum of the presses' fields lacks: its RMS over the greatest displacement; rougher, wider: by how much that number and that log radius
-    may really differ from their means, standard deviations: covariances count them where they are larger than those of the fit."""
+    """Prior of a press.
+
+    drag: standard deviation of the displacement of the drag over the depth; friction: of the friction number (FRICTIONS in library.py);
+    tip, tip_sigma: mean and standard deviation of the log radius over the library's spread; together: RMS error of the sum of the presses'
+    fields over the largest displacement; rougher, wider: true standard deviations of friction number and log radius, which covariances
+    include if they are larger than those of the fit.
+    """
 
     drag: float
     friction: float
@@ -90,23 +97,26 @@ class PressPrior:
     wider: float = 0.0
 
 
-#: Number of friction of a tip whose friction is unknown: standard deviation. Chosen: for coefficients from 0.2 to 1.0, evenly over their
-#: logs, it is 0.46, but large ones are alike, as the skin sticks
+#: Standard deviation of an unknown friction number. For coefficients from 0.2 to 1.0, uniform in their logs, it is 0.46, but large ones
+#: have similar effects, because the skin sticks
 UNKNOWN_FRICTION = 0.35
-#: Log radius of an unknown tip over the library's spread: standard deviation for tips of 0.6 to 2 times the calibrated radius, likewise
+#: Standard deviation of an unknown log radius over the library's spread, for tips of 0.6 to 2 times the calibrated radius
 UNKNOWN_TIP = float(np.log(2.0 / 0.6) / np.sqrt(12) / RADIUS_SPREAD)
-#: Of a press that goes straight in, which hardly tells friction, and of one that is dragged, which turns the friction of the press along
-#: the drag, so that nothing of it is left once the tip slips; a tip that sticks carries the skin farther than it is deep. Chosen
+#: Prior of a straight press, which hardly depends on friction, and of a dragged one, which rotates the friction of the press into the drag,
+#: so that none of it remains once the tip slips; a sticking tip moves the skin farther than it is deep
 STRAIGHT, DRAGGED = PressPrior(0.005, 0.02, rougher=UNKNOWN_FRICTION, wider=UNKNOWN_TIP), PressPrior(1.0, 1.0)
-#: Of two presses: the more one is dragged by the other or slips, the less else markers tell; gas and tension of the skin are shared. Chosen
+#: Prior of two presses: the more one is dragged by the other or slips, the less else the markers determine; gas and tension are shared
 OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 
 
 @dataclass(frozen=True)
 class DomeFound:
-    """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared residual over its variance; radius:
-    of the first press, and its standard deviation, were friction and tip what the fit takes them for; shown: (K, 2) m, what the markers
-    show of the presses, NaN where not seen; expected: what the error of drags, which are linearised, makes of a misfit of 1."""
+    """Result of a fit of n presses.
+
+    presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit; misfit: mean squared residual over its variance;
+    radius: of the first press, and its standard deviation if friction and tip are as the fit assumes; shown: (K, 2) m, fitted apparent
+    displacements, NaN if not visible; expected: misfit expected with the error of linearised drags, over 1.
+    """
 
     presses: np.ndarray
     covariance: np.ndarray
@@ -117,145 +127,168 @@ class DomeFound:
 
     @property
     def is_sure(self) -> bool:
-        """Whether the markers show every press: its depth is known."""
+        """Whether the markers show every press, that is, its depth is known."""
         return bool((np.diag(self.covariance)[DEPTH::PRESS] * CONSTANTS.sure**2 < 1).all())
 
 
 class DomeInverse:
-    """points, camera_centres: (K, 3) m, untouched markers and their cameras, NaN unknown; plane_z: m; pitch: m, of the markers."""
+    """Fits presses to fields.
+
+    points, camera_centres: (K, 3) m, untouched markers and their cameras, NaN if unknown; plane_z: m; pitch: m, of the markers.
+    """
 
     def __init__(self, library: DomeLibrary, noise: FieldNoise, points: np.ndarray, camera_centres: np.ndarray, plane_z: float,
                  pitch: float):
         self.library, self.noise, self.points, self._plane_z = library, noise, np.array(points, float), plane_z
         self._camera_centres = np.array(np.nan_to_num(camera_centres), float)
+        self._markers = _core.press.DomeMarkers(points=self.points, camera_centres=self._camera_centres, plane_z=plane_z)
         self._rest = seen_at(self.points, self._camera_centres, plane_z)
         self.starts = _starts(library)
         shown = np.array([self.appear(start[None]) for start in self.starts]).reshape(len(self.starts), -1)
-        self._shown = shown.astype(np.float32)  # far finer than the noise of markers, and half as much to read
+        self._shown = shown.astype(np.float32)  # far more accurate than the noise of markers, and half as much to read
         self._sizes = np.sum(shown**2, axis=1)
         apart = np.hypot(*(self.starts[:, None, :2] - self.starts[:, :2]).transpose(2, 0, 1))
         gram = shown @ shown.T
         self._smooth = _polynomials(self._rest)
-        self._both = np.where(apart >= CONSTANTS.apart * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
+        self._pair_sizes = np.where(apart >= CONSTANTS.apart * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
 
     def appear(self, presses: np.ndarray) -> np.ndarray:
-        """(K, 2) m, apparent displacement under presses (n, 7); 0 for markers at unknown places."""
+        """Apparent displacements (K, 2), m, under presses (n, 7); 0 for markers at unknown positions."""
         return np.nan_to_num(seen_at(self.points + self.moved(presses), self._camera_centres, self._plane_z) - self._rest)
 
     def moved(self, presses: np.ndarray) -> np.ndarray:
-        """(K, 3) m, displacement of the markers under presses (n, 7)."""
+        """Displacements (K, 3), m, of the markers under presses (n, 7)."""
         return self.library.moved(self.points, presses)
 
     def match(self, field: MarkerField) -> np.ndarray:
-        """(S,) m^2, products of the field with the starts' fields."""
+        """Products (S,), m^2, of the field with the fields of the starts."""
         return self._shown @ np.where(field.seen[:, None], field.shift, 0.0).ravel().astype(np.float32)
 
     def score(self, match: np.ndarray) -> float:
-        """Match of the best start, in standard deviations of noise."""
+        """Match of the best start in noise standard deviations."""
         return float((match / np.sqrt(self._sizes)).max() / self.noise.still)
 
     def start(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> np.ndarray:
-        """(1, 7), the start with the least squared residual from the field of a match, or the press of the last frame where that has less;
-        a start is less deep where the field is fainter than its own: from starts that are too deep, a faint press would be fitted where
-        the dome gives way least."""
-        start, least = self._fainter(match, self._sizes)
-        return start if last is None or np.nansum(last.shown * (last.shown - 2 * field.shift)) > least else last.presses
+        """Select the start (1, 7) with the smallest squared residual, or the press of the last frame if its residual is smaller.
+
+        A start is less deep if the field is fainter than its own: from starts that are too deep, a faint press would be fitted where the
+        dome is stiffest.
+        """
+        start, smallest = self._fainter(match, self._sizes)
+        return start if last is None or np.nansum(last.shown * (last.shown - 2 * field.shift)) > smallest else last.presses
 
     def start_of_two(self, match: np.ndarray) -> np.ndarray:
-        """(2, 7), the two starts whose sum has the least squared residual, likewise."""
-        return self._fainter(match[:, None] + match, self._both)[0]
+        """Select the two starts (2, 7) whose sum has the smallest squared residual."""
+        return self._fainter(match[:, None] + match, self._pair_sizes)[0]
 
     def _fainter(self, match: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, float]:
-        """(n, 7), the n starts with the least squared residual, by the products of their fields with the field (S, ...) and the squares of
-        theirs (S, ...), n axes; and by how much that exceeds the square of the field."""
-        fainter = np.clip(match / sizes, FAINTEST_START, 1.0)
-        more = fainter * (fainter * sizes - 2 * match)
-        best = np.unravel_index(np.argmin(more), sizes.shape)
+        """Select the n starts (n, 7) with the smallest squared residual, and return it minus the square of the field.
+
+        match: (S, ...), n axes, products of the starts' fields with the field; sizes: (S, ...), squares of the starts' fields.
+        """
+        factor = np.clip(match / sizes, MIN_START_DEPTH, 1.0)
+        residual = factor * (factor * sizes - 2 * match)
+        best = np.unravel_index(np.argmin(residual), sizes.shape)
         starts = self.starts[list(best)]
-        starts[:, DEPTH] += np.log(fainter[best])
-        return starts, float(more[best])
+        starts[:, DEPTH] += np.log(factor[best])
+        return starts, float(residual[best])
 
     def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior = STRAIGHT) -> DomeFound:
         """Fit presses to a field, from starts (n, 7)."""
         seen = field.seen & np.isfinite(self.points).all(1)
         square, noise = _squares(field), self.noise.still**2
-        model = self.noise.share**2 * square + self.noise.top**2 * square.max()  # m^2, variance of its error
+        model = self.noise.share**2 * square + self.noise.top**2 * square.max()  # m^2, variance of the model error
         weight = np.where(seen, 1 / (noise + CONSTANTS.alike**2 * model), 0.0)
-        shared = self._shared(square.max(), weight, prior.together) if prior.together else np.zeros((0, len(weight)))
-        found = self.library.kernel.fit(
-            points=self.points, camera_centres=self._camera_centres, plane_z=self._plane_z, shift=np.where(seen[:, None], field.shift,
-                                                                                                           0.0), weight=weight,
-            shared=shared, starts=starts, prior=self._prior(prior))
-        misfit = float(np.sum(found.left**2 / (noise + model)[:, None])) / max(2 * int(seen.sum()), 1)
-        amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
-        radius = float(found.presses[0, RADIUS]), float(np.sqrt(amiss * found.covariance[RADIUS, RADIUS]))
+        shared = self._shared(square.max(), weight, prior.together) if prior.together else np.zeros((len(weight), 0))
+        frame = _core.press.DomeFrame(shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, shared=shared)
+        found = self.library.kernel.fit(self._markers, frame, self._prior(prior), starts)
+        misfit = float(np.sum(found.residual**2 / (noise + model)[:, None])) / max(2 * int(seen.sum()), 1)
+        scale = max(misfit, MIN_MISFIT) if len(starts) == 1 else 1.0  # the error of a sum of two fields is in the covariance
+        radius = float(found.presses[0, RADIUS]), float(np.sqrt(scale * found.covariance[RADIUS, RADIUS]))
         drag = CONSTANTS.not_linear[0] * float(np.linalg.norm(found.presses[:, DRAG], axis=1).max())
         expected = 1 + drag**2 * float(np.mean((square / (noise + model))[seen]))
-        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit, radius,
-                         field.shift - found.left, expected)
+        return DomeFound(found.presses, found.covariance * scale + self._unknown(found.covariance, prior), misfit, radius,
+                         field.shift - found.residual, expected)
 
     def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
-        """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was reported: the fit
-        holds them there with the weights of its prior."""
-        weight, variance = self._prior(prior)[1], np.zeros(PRESS)
+        """Addition to a covariance (7 n, 7 n) because friction and radius vary by more than the prior of the fit assumes."""
+        weight, variance = self._prior(prior).weight, np.zeros(PRESS)
         variance[[RADIUS, FRICTION]] = prior.wider**2, prior.rougher**2
         more = np.tile(np.maximum(weight * (weight * variance - 1), 0.0), len(covariance) // PRESS)
         return (covariance * more) @ covariance
 
     def _shared(self, largest: float, weight: np.ndarray, together: float) -> np.ndarray:
-        """(m, K): rows whose products are taken off the diagonal weights (K,) of each axis, so that their inverse counts what a sum of two
-        fields lacks (Woodbury 1950); largest: m^2, of the squared displacements."""
+        """Columns (K, m) whose products are subtracted from the diagonal weights (K,) of each axis (Woodbury 1950).
+
+        The inverse of the result then includes the error of a sum of two fields. largest: m^2, of the squared displacements.
+        """
         weighted = self._smooth.T * weight
         factor = np.linalg.cholesky(weighted @ self._smooth + np.eye(len(weighted)) * len(weighted) / (together**2 * largest))
-        return np.linalg.solve(factor, weighted)
+        return np.linalg.solve(factor, weighted).T
 
-    def _prior(self, prior: PressPrior) -> np.ndarray:
-        """(5, 7) mean, weight, least, most and longest step."""
+    def _prior(self, prior: PressPrior) -> _core.press.PressPrior:
+        """Prior of each number of a press, for the kernel."""
         plan = self.library.plan
-        reach, deepest = plan.reach, np.log(plan.depth)
         weight = np.array([1e-6, 1e-6, 1e-6, prior.tip_sigma**-2, prior.friction**-2, prior.drag**-2, prior.drag**-2])
-        least = [-reach, -reach, np.log(FAINTEST), -1.0, -1.0, -2.0, -2.0]
-        most = [reach, reach, deepest, 1.0, 0.0, 2.0, 2.0]
-        return np.array([[0.0, 0.0, 0.0, prior.tip, 0.0, 0.0, 0.0], weight, least, most, LIMIT])
+        lowest = np.array([-plan.reach, -plan.reach, np.log(MIN_DEPTH), -1.0, -1.0, -2.0, -2.0])
+        highest = np.array([plan.reach, plan.reach, np.log(plan.depth), 1.0, 0.0, 2.0, 2.0])
+        mean = np.array([0.0, 0.0, 0.0, prior.tip, 0.0, 0.0, 0.0])
+        return _core.press.PressPrior(mean=mean, weight=weight, lowest=lowest, highest=highest, longest=np.array(STEP_LIMITS))
 
 
 def _squares(field: MarkerField) -> np.ndarray:
-    """(K,) m^2, of the displacements, 0 where not seen."""
+    """Squares (K,), m^2, of the displacements; 0 if not visible."""
     return np.sum(np.where(field.seen[:, None], field.shift, 0.0)**2, axis=1)
 
 
-def _polynomials(places: np.ndarray) -> np.ndarray:
-    """(K, m): polynomials of places (K, 2), orthogonal and of unit RMS over the known ones; 0 at others."""
-    known = np.isfinite(places).all(1)
-    x, y = (places[known] / np.abs(places[known]).max()).T
-    terms = np.stack([x**i * y**j for i in range(TERMS + 1) for j in range(TERMS + 1 - i)], axis=1)
-    smooth = np.zeros((len(places), terms.shape[1]))
+def _polynomials(positions: np.ndarray) -> np.ndarray:
+    """Polynomials (K, m) of positions (K, 2), orthogonal and of unit RMS over the known ones; 0 at others."""
+    known = np.isfinite(positions).all(1)
+    x, y = (positions[known] / np.abs(positions[known]).max()).T
+    terms = np.stack([x**i * y**j for i in range(POLYNOMIAL_DEGREE + 1) for j in range(POLYNOMIAL_DEGREE + 1 - i)], axis=1)
+    smooth = np.zeros((len(positions), terms.shape[1]))
     smooth[known] = np.linalg.qr(terms)[0] * np.sqrt(known.sum())
     return smooth
 
 
 def _starts(library: DomeLibrary) -> np.ndarray:
-    """(S, 7) presses all over the dome."""
+    """Presses (S, 7) all over the dome."""
     starts, rim, deepest = [], library.plan.rim_radius, library.plan.depth
-    for ring in RINGS:
+    for ring in START_RINGS:
         if ring * rim > library.plan.reach:
             break
-        count = max(1, round(2 * np.pi * ring / RINGS[1]))
+        count = max(1, round(2 * np.pi * ring / START_RINGS[1]))
         for turn in np.arange(count) * 2 * np.pi / count:
-            place = ring * rim * np.array([np.cos(turn), np.sin(turn)])
-            starts += [[*place, np.log(part * deepest), 0.0, 0.0, 0.0, 0.0] for part in DEPTHS]
+            position = ring * rim * np.array([np.cos(turn), np.sin(turn)])
+            starts += [[*position, np.log(part * deepest), 0.0, 0.0, 0.0, 0.0] for part in START_DEPTHS]
     return np.array(starts)
 
 
-SHALLOW = 0.2           # of the deepest press: above it, model errors are in proportion to depth. Chosen
+SHALLOW = 0.2  # of the deepest press; above it, model errors are proportional to depth
 
 
 @dataclass(frozen=True)
 class DomeCalibration:
-    """library; rest: (K, 2) m, and camera_centres (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of
-    fields, with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth
-    over depth; wider: fitted distance from the axis over the true one; deeper, deeper_far, deeper_shallow: see depth_scale; deepest,
-    farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
+    """Calibration of the dome model.
+
+    Attributes
+    ----------
+    library : DomeLibrary
+        Simulated presses.
+    rest, camera_centres : ndarray, shape (K, 2) and (K, 3)
+        Untouched markers in the viewing plane, and their cameras, in m.
+    noise : FieldNoise
+        Noise of fields, with the model error.
+    place_error, depth_share : float
+        Standard deviations of the remaining errors of position, in m, and of depth over depth.
+    wider : float
+        Fitted distance from the axis over the true one.
+    deeper, deeper_far, deeper_shallow : float
+        See depth_scale.
+    deepest, farthest : float
+        Largest calibrated depth and distance from the axis in m.
+    quiet : float
+        Largest match of an untouched frame.
     """
 
     library: DomeLibrary
@@ -277,28 +310,28 @@ class DomeCalibration:
             raise ValueError(f'rest {self.rest.shape} and camera centres {self.camera_centres.shape} must be (K, 2) and (K, 3)')
 
     def inverse(self, sensor: MarkerSensor) -> DomeInverse:
-        """The fit to fields of the sensor."""
+        """Make the fit to fields of the sensor."""
         points = centres_of(self.rest, self.camera_centres, self.library.plan.marker, sensor)
         return DomeInverse(self.library, self.noise, points, self.camera_centres, sensor.plane_z, max(sensor.pitch))
 
-    def depth_scale(self, place: np.ndarray, depth: float) -> float:
-        """Fitted depth over the true one at a place (2,), m, and a fitted depth, m."""
-        far = min(place @ place / self.farthest**2, 1.0)
+    def depth_scale(self, position: np.ndarray, depth: float) -> float:
+        """Fitted depth over the true one at a position (2,), m, for a fitted depth, m."""
+        far = min(position @ position / self.farthest**2, 1.0)
         shallow = self.deeper_shallow * shallowness(depth, self.deepest)
         return float(self.deeper + (self.deeper_far - self.deeper) * far + shallow)
 
 
 def shallowness(depth: np.ndarray, deepest: float) -> np.ndarray:
-    """(...) of fitted depths (...), m: 1 for those up to SHALLOW of the deepest, from there on in inverse proportion to depth."""
+    """Shallowness (...) of fitted depths (...), m: 1 up to SHALLOW of the deepest, above it inversely proportional to depth."""
     return SHALLOW * deepest / np.maximum(depth, SHALLOW * deepest)
 
 
-LEANS = 0.5          # share of the slope that one of two presses gives the skin, that moves the other's contact. Chosen on simulated pairs
-BESIDE = 3e-3        # m, over which that slope is taken. Chosen
-NEAR = 0.05          # gap between skin and tip over the tip's radius, beyond the least one, up to which the skin counts as touching
-ACROSS = 15          # points across a tip at which the skin is looked at for its contact
-DIFFERENCE = 1e-6    # of a number of a press, for derivatives
-OFF_CENTRE = 0.15    # error of a contact's centre over its distance from the lowest point
+SLOPE_SHARE = 0.5  # share of the slope of the skin under one press, by the other, that displaces its contact; tuned on simulated pairs
+SLOPE_BASE = 3e-3  # m, over which that slope is computed
+CONTACT_GAP = 0.05  # gap between skin and tip over the tip's radius, above the smallest one, below which the skin is in contact
+CONTACT_POINTS = 15  # across a tip, at which the skin is tested for contact
+DIFFERENCE = 1e-6  # of a number of a press, for derivatives
+CENTRE_ERROR = 0.15  # of a contact's centre, over its distance from the lowest point
 
 
 class DomeModelMethod:
@@ -312,8 +345,10 @@ class DomeModelMethod:
         self._last: tuple[MarkerField, DomeFound | None] | None = None  # of estimate
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
-        another pattern."""
+        """Estimate the contacts of one frame; empty without contact, and if the markers move too little to determine a position.
+
+        Raises BadArgument for another pattern.
+        """
         found = self.find(field)
         self._last = field, found
         if found is None:
@@ -324,44 +359,49 @@ class DomeModelMethod:
                 and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * CONSTANTS.sure < radius]
 
     def find(self, field: MarkerField) -> DomeFound | None:
-        """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
+        """Find the presses of one frame; None without contact. Raises BadArgument for another pattern."""
         if len(field) != len(self.solver.points):
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
         match = self.solver.match(field)
-        score = self.solver.score(match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
+        score = self.solver.score(match) if field.seen.sum() >= MIN_MARKERS and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._choice = Choice()  # what comes next is another touch
+            self._choice = Choice()  # the next press is another contact
             return None
         found = self._explained(field, match)
         faint = len(found.presses) == 1 and score < CONSTANTS.faint * self._threshold
         return self._unsure(field, match, found) if faint else found
 
     def _spread(self, field: MarkerField) -> bool:
-        """Whether the seen markers are now in a plane, not on a line or at one place."""
+        """Whether the visible markers span a plane instead of a line or a point."""
         now = (field.rest + field.shift)[field.seen]
         now -= now.mean(axis=0)
         return bool(np.linalg.eigvalsh(now.T @ now / len(now))[0] > max(self.sensor.pitch)**2)
 
     def _unsure(self, field: MarkerField, match: np.ndarray, found: DomeFound) -> DomeFound:
-        """A faint press, whose place is as uncertain as two presses are apart that explain it better by more than two units of squared
-        residual (Akaike 1974) for each number that a second one tells."""
+        """Increase the covariance of a faint press if two presses explain it better.
+
+        They do if the squared residual decreases by more than two (Akaike 1974) for each number of a second press; the position is then as
+        uncertain as the two presses are apart.
+        """
         two = self.solver.solve(field, self.solver.start_of_two(match))
-        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) < 2 * PLACE_AND_DEPTH:
+        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) < 2 * FAINT_PRESS_NUMBERS:
             return found
-        covariance, off = found.covariance.copy(), two.presses[:, :3] - found.presses[0, :3]
-        covariance[:3, :3] += off.T @ off / 2
+        covariance, offset = found.covariance.copy(), two.presses[:, :3] - found.presses[0, :3]
+        covariance[:3, :3] += offset.T @ offset / 2
         return replace(found, covariance=covariance)
 
     def raised(self, field: MarkerField) -> np.ndarray | None:
-        """Upward displacement (K,), m, of the markers; None without contact. By the solution of estimate, if of this field."""
+        """Upward displacements (K,), m, of the markers; None without contact. Uses the solution of estimate if it is of this field."""
         found = self._last[1] if self._last is not None and self._last[0] is field else self.find(field)
         return None if found is None else self.solver.moved(found.presses)[:, 2]
 
     def _explained(self, field: MarkerField, match: np.ndarray) -> DomeFound:
-        """The hypothesis of most evidence."""
+        """Find the hypothesis of the largest evidence."""
         def two() -> DomeFound:
-            """Straight from the best pair of starts, and dragged from there: from the start, drags might end far off, at small depths with
-            long ways."""
+            """Fit two presses, straight from the best pair of starts and then dragged.
+
+            Directly from the start, drags might diverge to small depths with long displacements.
+            """
             if self._choice.two is not None:
                 return self.solver.solve(field, self._choice.two, OF_TWO)
             straight = self.solver.solve(field, self.solver.start_of_two(match))
@@ -386,73 +426,80 @@ class DomeModelMethod:
         aside += calibration.place_error + CONSTANTS.scaled * float(np.hypot(*(first - press[[X, Y]])))
         deeper += share * depth + abs(sunk)
         part = slice(PRESS * number, PRESS * (number + 1))
-        by, off = np.split(by, [PRESS], axis=1)
-        covariance = by @ found.covariance[part, part] @ by.T + off * [aside**2, aside**2, deeper**2] @ off.T
+        by_numbers, by_errors = np.split(by, [PRESS], axis=1)
+        covariance = by_numbers @ found.covariance[part, part] @ by_numbers.T + by_errors * [aside**2, aside**2, deeper**2] @ by_errors.T
         if not np.isfinite(covariance).all():
             covariance = np.diag([self.sensor.rim_radius**2] * 4)
         reach = calibration.library.plan.reach
-        at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
-        flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
+        at_edge = np.hypot(*press[[X, Y]]) > MAX_RELATIVE_REACH * reach or np.hypot(*first) > calibration.farthest
+        flags = OUT_OF_RANGE * (depth > MAX_RELATIVE_DEPTH * calibration.deepest) | AT_EDGE * bool(at_edge)
         flags |= AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
         position, wrench = lowest, np.full(6, np.nan)
         if len(found.presses) == 1:
             wrench = self._wrench(press, lowest, radius)
         else:
             position = lowest + self._centre(press, radius, slopes)
-            aside, deeper = OFF_CENTRE * float(np.linalg.norm(position - lowest)), CONSTANTS.added * depth
+            aside, deeper = CENTRE_ERROR * float(np.linalg.norm(position - lowest)), CONSTANTS.added * depth
             covariance += np.diag(np.square([aside, aside, deeper, deeper]))
         sigma = float(np.sqrt(covariance[3, 3]))
         return TouchEstimate(position, depth, covariance[:3, :3], sigma, radius, int(flags), wrench=wrench, lowest=lowest)
 
     def _tip(self, press: np.ndarray, scale: float, sunk: float) -> tuple[np.ndarray, np.ndarray]:
-        """(4,) m: lowest point and depth of a press (7,); scale: of its depth; sunk: m, of the skin by others; and their derivatives
-        (4, 10) by the press's numbers and by errors of its place and depth, m."""
+        """Lowest point and depth (4,), m, of a press (7,), and their derivatives (4, 10) by its numbers and by errors of the result.
+
+        scale: of its depth; sunk: m, by which other presses lower the skin.
+        """
         steps = np.vstack([np.zeros(PRESS + 3), DIFFERENCE * np.eye(PRESS + 3)])
-        presses, off = press + steps[:, :PRESS], steps[:, PRESS:]
+        presses, errors = press + steps[:, :PRESS], steps[:, PRESS:]
         radius, pressed = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * presses[:, RADIUS]), np.exp(presses[:, DEPTH])
-        first = presses[:, [X, Y]] / self.calibration.wider + off[:, :2]
-        low = first_touch_height(self._inside(first), radius, self.sensor) - pressed / scale - sunk - off[:, 2]
-        place = self._inside(first + pressed[:, None] * presses[:, DRAG])  # where the drag has carried it
-        tips = np.column_stack([place, low, first_touch_height(place, radius, self.sensor) - low])
+        first = presses[:, [X, Y]] / self.calibration.wider + errors[:, :2]
+        low = first_touch_height(self._inside(first), radius, self.sensor) - pressed / scale - sunk - errors[:, 2]
+        position = self._inside(first + pressed[:, None] * presses[:, DRAG])  # to which the drag has moved it
+        tips = np.column_stack([position, low, first_touch_height(position, radius, self.sensor) - low])
         return tips[0], (tips[1:] - tips[0]).T / DIFFERENCE
 
     def _centre(self, press: np.ndarray, radius: float, slopes: np.ndarray) -> np.ndarray:
-        """(3,) m, from the lowest point of a press's tip of that radius, m, to the centre of its contact, on the tip: the mean of the skin
-        that its own press brings next to the tip, which is too far up where others give the skin slopes (2,)."""
+        """Vector (3,), m, from the lowest point of a tip of this radius, m, to the centre of its contact on the tip.
+
+        The centre is the mean of the skin that its own press brings near the tip, corrected for slopes (2,) of the skin by other presses.
+        """
         library, cap = self.calibration.library, self.calibration.library.plan.cap
-        steps = np.linspace(-radius, radius, ACROSS)
-        round_it = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-        skin = press[[X, Y]] * cap.curvature_radius / (cap.curvature_radius + radius) + round_it[np.hypot(*round_it.T) <= radius]
-        skin = skin[np.hypot(*skin.T) < EDGE * self.sensor.rim_radius]
+        steps = np.linspace(-radius, radius, CONTACT_POINTS)
+        grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        skin = press[[X, Y]] * cap.curvature_radius / (cap.curvature_radius + radius) + grid[np.hypot(*grid.T) <= radius]
+        skin = skin[np.hypot(*skin.T) < MAX_RELATIVE_REACH * self.sensor.rim_radius]
         skin = np.column_stack([skin, cap.heights(skin)])
         tip = np.append(press[[X, Y]] + np.exp(press[DEPTH]) * press[DRAG],
                         first_touch_height(press[[X, Y]], radius, self.sensor)[0] - np.exp(press[DEPTH]) + radius)
         from_tip = skin + library.moved(skin, press[None]) - tip
         gap = np.linalg.norm(from_tip, axis=1)
-        touching = np.clip(2 - 2 * (gap - gap.min()) / (NEAR * radius), 0, 1) * cap.curvature_radius / (skin[:, 2] - cap.centre_z)
+        touching = np.clip(2 - 2 * (gap - gap.min()) / (CONTACT_GAP * radius), 0, 1) * cap.curvature_radius / (skin[:, 2] - cap.centre_z)
         centre = touching @ from_tip
-        centre = centre / np.linalg.norm(centre) - LEANS * np.append(slopes, 0.0)
+        centre = centre / np.linalg.norm(centre) - SLOPE_SHARE * np.append(slopes, 0.0)
         return radius * centre / np.linalg.norm(centre) + [0.0, 0.0, radius]
 
-    def _inside(self, places: np.ndarray) -> np.ndarray:
-        """(..., 2) m, the places (..., 2), not beyond the rim."""
-        return places * np.minimum(1.0, 0.95 * self.sensor.rim_radius / np.maximum(np.linalg.norm(places, axis=-1, keepdims=True), 1e-9))
+    def _inside(self, positions: np.ndarray) -> np.ndarray:
+        """Limit positions (..., 2), m, to within the rim."""
+        distance = np.maximum(np.linalg.norm(positions, axis=-1, keepdims=True), 1e-9)
+        return positions * np.minimum(1.0, 0.95 * self.sensor.rim_radius / distance)
 
     def _wrench(self, press: np.ndarray, position: np.ndarray, radius: float) -> np.ndarray:
-        """(6,) m and m^2, wrench at the origin over the shear modulus and thickness: the force acts where the tip first touched it."""
+        """Wrench (6,), m and m^2, at the origin over shear modulus and thickness; the force acts at the point of first contact."""
         force = self.solver.library.push(press)
         normal = self.sensor.normal(press[[X, Y]] / (1 + radius / self.calibration.library.plan.cap.curvature_radius))
         return np.concatenate([force, cross(position + [0.0, 0.0, radius] - radius * normal, force)])
 
     def _by_others(self, found: DomeFound, number: int, radius: float) -> tuple[float, np.ndarray]:
-        """What the other presses do to the skin where one touches it: m, by which they lower it, as depth is measured from the untouched
-        dome; and the slopes (2,) that they give it."""
+        """Effect of the other presses on the skin under one press: by how much they lower it, m, and the slopes (2,) that they cause.
+
+        Depth is measured from the untouched dome.
+        """
         if len(found.presses) == 1:
             return 0.0, np.zeros(2)
         others = np.delete(found.presses, number, axis=0)
         cap = self.calibration.library.plan.cap
         at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
-        at = at + BESIDE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+        at = at + SLOPE_BASE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
         touch = np.column_stack([at, cap.heights(at)])
         up = self.solver.library.moved(touch, others)[:, 2]
-        return -float(up[0]), (up[1::2] - up[2::2]) / (2 * BESIDE)
+        return -float(up[0]), (up[1::2] - up[2::2]) / (2 * SLOPE_BASE)

@@ -1,8 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Finite elements of a clamped sheet pressed by a round tip: incompressible neo-Hookean membrane, prestretched, with bending, on a mesh of
-quadratic B-splines that is refined around the place pressed. Lengths in m; energies per shear modulus times thickness, which scales the
-force but not the displacement."""
+"""Finite elements of a clamped sheet pressed by a round tip.
+
+The sheet is an incompressible neo-Hookean membrane, prestretched, with bending, on a mesh of quadratic B-splines that is refined around the
+tip. Lengths are in m; energies are per shear modulus times thickness, which scales the force but not the displacement.
+"""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,23 +12,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import _core
-from ...errors import BadArgument
+from ...core.errors import BadArgument
 
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 
 
-def least_length(scale: float) -> float:
-    """Least distance, m, of the mesh's centre from the clamp; nearer, the map of the mesh is not monotonic."""
+def min_clamp_distance(scale: float) -> float:
+    """Smallest distance, m, of the mesh's centre from the clamp; below it, the map of the mesh is not monotonic."""
     return 0.75 * scale
 
 
-def may_be_pressed(places: np.ndarray, half: np.ndarray, scale: float) -> np.ndarray:
-    """(N,) bool: whether a mesh can be centred at places (N, 2), m, of a sheet of half (2,), m; False for NaN."""
-    return (half - np.abs(places)).min(axis=1) >= least_length(scale) * (1 - 1e-9)  # tolerance for rounding
+def may_be_pressed(positions: np.ndarray, half: np.ndarray, scale: float) -> np.ndarray:
+    """Whether (N,) a mesh can be centred at positions (N, 2), m, of a sheet of half sides (2,), m; False for NaN."""
+    return (half - np.abs(positions)).min(axis=1) >= min_clamp_distance(scale) * (1 - 1e-9)  # tolerance for rounding
 
 
 def spread(xi: np.ndarray, pressed: float, half: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places (N,), m, of xi (N,), and the first and second derivative by xi."""
+    """Positions (N,), m, of xi (N,), and the first and second derivative by xi."""
     t, sign = np.abs(xi), np.where(xi >= 0, 1.0, -1.0)
     cubic = np.where(xi >= 0, half - pressed, half + pressed) - scale
     return pressed + sign * (scale * t + cubic * t**3), scale + 3 * cubic * t**2, sign * 6 * cubic * t
@@ -52,8 +54,10 @@ def basis(xi: np.ndarray, spans: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def uniform(fields: np.ndarray, near_only: bool = False) -> np.ndarray:
-    """Convert coefficients (..., side, side, m) on open B-splines, zero at the clamp, to uniform B-splines; near_only: of the first quarter
-    of a mesh."""
+    """Convert coefficients (..., side, side, m) on open B-splines, zero at the clamp, to uniform B-splines.
+
+    near_only: of the first quarter of a mesh.
+    """
     same = fields.copy()
     for axis in (-3, -2):
         same = np.moveaxis(same, axis, 0)
@@ -65,15 +69,15 @@ def uniform(fields: np.ndarray, near_only: bool = False) -> np.ndarray:
 
 
 class SheetMesh:
-    """Elements and integration points of a sheet of half (2,) m pressed at place (2,) m.
+    """Elements and integration points of a sheet of half (2,) m pressed at position (2,) m.
 
     Coefficients of a field are (side * side, 3) with side = 2 n + 2, those at the clamp zero. At the four points g of each element e:
     value (E, 4, 9), slope (E, 4, 2, 9) 1/m and laplacian (E, 4, 9) 1/m^2 of its nine functions, weight (E, 4) m^2, rest (E, 4, 2) m;
     nodes (E, 9) are their numbers.
     """
 
-    def __init__(self, place: np.ndarray, half: np.ndarray, scale: float, n: int):
-        self.place, self.half, self.scale, self.spans = np.asarray(place, float), np.asarray(half, float), scale, 2 * n
+    def __init__(self, position: np.ndarray, half: np.ndarray, scale: float, n: int):
+        self.position, self.half, self.scale, self.spans = np.asarray(position, float), np.asarray(half, float), scale, 2 * n
         self.side = self.spans + 2
         self._integrate()
         first = np.arange(self.spans)
@@ -92,7 +96,7 @@ class SheetMesh:
         self.rest = np.stack([self._pair(x, y, lambda a, b: a + 0 * b), self._pair(x, y, lambda a, b: b + 0 * a)], axis=-1)
 
     def _axis(self, xi: np.ndarray, axis: int, width: float) -> tuple:
-        x, stretch, bend = spread(xi, self.place[axis], self.half[axis], self.scale)
+        x, stretch, bend = spread(xi, self.position[axis], self.half[axis], self.scale)
         _, b = basis(xi, self.spans)
         second = (b[:, 2] - b[:, 1] * (bend / stretch)[:, None]) / stretch[:, None]**2
         return x, b[:, 0], b[:, 1] / stretch[:, None], second, stretch * width
@@ -107,7 +111,9 @@ class SheetMesh:
 
 @dataclass(frozen=True)
 class SheetMaterial:
-    """prestretch: of the clamped sheet, above 1; bending: m^2, bending stiffness over shear modulus times thickness; friction: coefficient
+    """Material of a sheet.
+
+    prestretch: of the clamped sheet, above 1; bending: m^2, bending stiffness over shear modulus times thickness; friction: coefficient
     between tip and sheet. Raises BadArgument for numbers out of range.
     """
 
@@ -122,13 +128,14 @@ class SheetMaterial:
 
 def press_sheet(mesh: SheetMesh, depths: np.ndarray, radius: float, material: SheetMaterial,
                 drag: tuple[float, float] | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement coefficients (D, side * side, 3), m, of the sheet under a tip of radius, m, at mesh.place at each of the rising depths
-    (D,), m; and the wrench (D, 9) of the tip on the sheet: force, m, and moment about the tip, m^2, over shear modulus and thickness; and
-    the centre of the pressure relative to the tip, m.
+    """Simulate a tip of radius, m, at mesh.position at each of the rising depths (D,), m.
+
+    Returns displacement coefficients (D, side * side, 3), m, of the sheet; and (D, 9), the wrench of the tip on the sheet (force, m, and
+    moment about the tip, m^2, over shear modulus and thickness) and the centre of the pressure relative to the tip, m.
 
     drag: None for a tip that comes straight down, with Coulomb friction, which depends on the path; else the traction over the pressure
     (x, y) of a tip that slides. NaN from the first depth that does not converge.
     """
-    return _core.press_sheet(mesh.value, mesh.slope, mesh.laplacian, mesh.weight, mesh.rest, np.asarray(depths, float),
-                             place=tuple(mesh.place.tolist()), radius=radius, prestretch=material.prestretch, bending=material.bending,
-                             friction=material.friction, slides=drag is not None, drag=(0.0, 0.0) if drag is None else tuple(drag))
+    load = _core.press.SheetLoad(position=np.asarray(mesh.position, float), radius=radius, slides=drag is not None,
+                           drag=np.array((0.0, 0.0) if drag is None else drag, float), **vars(material))
+    return _core.press.press_sheet(mesh, load, np.asarray(depths, float))

@@ -1,43 +1,45 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Touches of a sheet by model inversion: the presses (one straight, one dragged, or two at once) that best explain the marker field, from a
-coarse place by a matched filter."""
+"""Contacts on a sheet by model inversion.
+
+The result is the presses (one straight, one dragged, or two at once) that best explain the marker field, starting from a coarse position by
+a matched filter.
+"""
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
+from ... import _core
 from ...common.geometry import cross
 from ...common.marker_sensor import MarkerSensor
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
-from .library import Press, SheetLibrary
+from .library import Press, SheetLibrary, vectors
 
-SIZE = 6    # of a press's vector
-NEAR = 2.5  # marker pitches from a press within which markers are discs; farther away points. Chosen
-
-
-FEWEST = 10   # markers needed. Chosen
-BEYOND = 1.02  # times the calibrated depth: deeper is out of range
-EDGE = 0.999  # of the library's reach, from which a touch is at the edge
+SIZE = 6  # of a press's vector
+DISC_PITCHES = 2.5  # marker pitches from a press within which markers are discs; farther away they are points
+MIN_MARKERS = 10
+MAX_RELATIVE_DEPTH = 1.02  # over the calibrated depth; deeper presses are out of range
+MAX_RELATIVE_REACH = 0.999  # of the library's reach; contacts beyond are at the edge
 
 
 @dataclass(frozen=True)
 class SheetConstants:
-    """What decides; all chosen on simulated sheets. Pairs are of place and depth.
+    """Constants of the sheet method, tuned on simulated sheets. Pairs are of position and depth.
 
-    tip: prior standard deviation of the log of a tip's radius over the calibrated one: three in four tips are within 0.8 to 1.2 times
-    stands_out: least match of a touch, standard deviations of noise: three times the greatest of untouched frames
-    sure: least depth of a touch over its standard deviation
+    tip: prior standard deviation of the log of a tip's radius over the calibrated one; three in four tips are within 0.8 to 1.2 times
+    stands_out: smallest match of a contact in noise standard deviations, three times the largest match of untouched frames
+    sure: smallest depth of a contact over its standard deviation
     ordinary: residual chi-square of presses under their own hypothesis, which is 0.2 to 1
-    strange: chi-square of a first frame from which two cameras show it at different moments
-    unexplained: chi-square from which an estimate is ambiguous
-    unseen: pitches from all markers that are seen: a touch there is not reported
-    floor: least standard deviations over the tip radius: on other paths than calibration's friction differs
+    strange: chi-square of a first frame, above which two cameras show it at different times
+    unexplained: chi-square above which an estimate is ambiguous
+    unseen: pitches to the nearest visible marker, above which a contact is not reported
+    floor: smallest standard deviations over the tip radius; friction differs on other paths than in calibration
     dragged: standard deviations over the tip radius that a drag of 1 adds
-    radius: standard deviations of a log radius, of a press and of a drag, as other friction passes for another radius
+    radius: standard deviations of a log radius, of a press and of a drag, because another friction resembles another radius
     apart: standard deviations over the tip radius, of two presses at a chi-square of 2
     """
 
@@ -59,8 +61,10 @@ CONSTANTS = SheetConstants()
 
 @dataclass(frozen=True)
 class FieldNoise:
-    """Standard deviations: shift, m, and growth of an untouched field; share_shift and share_growth (1/m): model error over a marker's
-    displacement, m; depth_shift and depth_growth (1/m): over the depth of the press, m.
+    """Standard deviations of a field.
+
+    shift, m, and growth: of an untouched field; share_shift and share_growth (1/m): model error over a marker's displacement, m;
+    depth_shift and depth_growth (1/m): over the depth of the press, m.
     """
 
     shift: float
@@ -73,10 +77,13 @@ class FieldNoise:
 
 @dataclass(frozen=True)
 class Inverse:
-    """presses: T; covariance: (6 T, 6 T) of their vectors, with one more row for the interaction factor of two; misfit: mean squared
-    normalised residual (about 1); expected: what the error of drags makes of a misfit of 1; wrenches: (T, 9) log of normal force over
-    depth, tangential over normal force, moment about the tip over normal force, m, and centre of the pressure relative to the tip, m;
-    mixed: the interaction factor, 0 for one."""
+    """Result of a fit of T presses.
+
+    covariance: (6 T, 6 T) of their vectors, with one more row for the interaction factor of two; misfit: mean squared normalised residual
+    (about 1); expected: misfit expected with the error of drags, over 1; wrenches: (T, 9) log of normal force over depth, tangential over
+    normal force, moment about the tip over normal force, m, and centre of the pressure relative to the tip, m; mixed: the interaction
+    factor, 0 for one press.
+    """
 
     presses: list[Press]
     covariance: np.ndarray
@@ -91,20 +98,21 @@ class Inverse:
         return self.presses[0].log_radius, float(np.sqrt(self.covariance[3, 3]))
 
     def is_sure(self, k: int) -> bool:
-        """Whether the markers show press k: that its depth is uncertain, as in drags, does not make it less so."""
+        """Whether the markers show press k, whose depth may still be uncertain, as in drags."""
         (*_, depth), covariance = self.tip(k)
         return bool(depth > CONSTANTS.sure * np.sqrt(covariance[2, 2]))
 
     def tip(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Place and depth (3,), m, of press k as if it were alone, and their covariance (3, 3), scaled by a misfit above 1."""
+        """Position and depth (3,), m, of press k as if it were alone, and their covariance (3, 3), scaled by a misfit above 1."""
         part = slice(SIZE * k, SIZE * k + 3)
         return self.presses[k].vector[:3], self.covariance[part, part] * max(self.misfit, 1.0)
 
 
 class Seen:
-    """The N markers of a field that are seen: rest (N, 2), camera_centre (N, 3), value (N, 3) shift and growth, NaN where unknown.
+    """The N visible markers of a field: rest (N, 2), camera_centre (N, 3), value (N, 3) shift and growth, NaN if unknown.
 
-    motion: (N, 3) of value, of those that a second camera sees at a moment of its own, by an unknown share of which they may be late.
+    motion: (N, 3), change of value since the last frame of the markers that a second camera observes at another time; they may be late by
+    an unknown share of it.
     """
 
     def __init__(self, field: MarkerField, motion: np.ndarray | None = None):
@@ -118,18 +126,21 @@ class SheetInverse:
     """Fits presses to marker fields. marker_radius: m; pitch: m, of the markers."""
 
     def __init__(self, library: SheetLibrary, noise: FieldNoise, marker_radius: float, pitch: float):
-        self._library, self._marker = library, {'marker_radius': marker_radius, 'near': NEAR * pitch}
-        self._noise = astuple(noise)
+        self._library, self._marker = library, {'radius': marker_radius, 'near': DISC_PITCHES * pitch}
+        self._noise = _core.press.MarkerNoise(**vars(noise))
 
     def solve(self, seen: Seen, start: list[Press], drags: bool = False, tip: tuple[float, float] = (0.0, CONSTANTS.tip)) -> Inverse:
-        """Fit one press or two from start; drags: whether their drags are unknown, else 0; tip: mean and standard deviation of the log of
-        the radius over the calibrated one, before the fit."""
-        vectors = np.array([press.vector for press in start])
-        found = self._library.table.fit(seen.rest, seen.camera_centre, seen.value, seen.motion, vectors, noise=self._noise, tip=tip,
-                                        drags=drags, **self._marker)
-        presses = [Press.of(found.state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
-        return Inverse(presses, found.covariance, found.misfit, found.expected, found.wrenches,
-                       float(found.state[SIZE * len(start):].sum()))
+        """Fit one press or two from start.
+
+        drags: whether their drags are unknown, else 0; tip: prior mean and standard deviation of the log of the radius over the calibrated
+        one.
+        """
+        markers = _core.press.SheetMarkers(rest=seen.rest, camera_centre=seen.camera_centre, **self._marker)
+        prior = _core.press.SheetPrior(log_radius=tip[0], sigma=tip[1], drags=drags)
+        frame = _core.press.SheetFrame(value=seen.value, motion=seen.motion)
+        found = self._library.table.fit(markers, frame, self._noise, prior, vectors(start))
+        return Inverse([Press.of(one) for one in found.presses], found.covariance, found.misfit, found.expected, found.wrenches,
+                       found.interaction)
 
     def predict(self, presses: list[Press], seen: Seen, mixed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Predicted shift and growth (N, 3), and the displacement with its derivatives by x and y (N, 3, 3)."""
@@ -137,18 +148,21 @@ class SheetInverse:
 
 
 def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, camera_centre: np.ndarray, mixed: float = 0.0,
-         marker_radius: float = 0.0, near: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Shift, m, and growth (N, 3) of markers at rest (N, 2), m, seen from camera_centre (N, 3), m, under one press or two with an
-    interaction factor mixed; and the displacement of the sheet there with its derivatives by x and y (N, 3, 3). Markers of marker_radius,
-    m, nearer than near, m, to a press are discs, else points."""
-    return library.table.show(rest, camera_centre, np.array([press.vector for press in presses]), mixed=mixed, marker_radius=marker_radius,
-                              near=near)
+         radius: float = 0.0, near: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Predict shift, m, and growth (N, 3) of markers at rest (N, 2), m, observed from camera_centre (N, 3), m, under one press or two.
+
+    mixed: interaction factor of two presses; radius: m, of the markers; near: m, distance from a press within which markers are discs, else
+    points. Also returns the displacement of the sheet there with its derivatives by x and y (N, 3, 3).
+    """
+    markers = _core.press.SheetMarkers(rest=rest, camera_centre=camera_centre, radius=radius, near=near)
+    value, sheet = library.table.show(markers, vectors(presses), mixed)
+    return value, sheet.reshape(-1, 3, 3)
 
 
-GRID = (13, 11)          # template places along x and y. Chosen
-DEPTHS = (0.1, 0.4, 0.8)  # template depths over the library's largest. Chosen
-PAIR_DEPTH = 1           # of DEPTHS: templates of two presses at once. Chosen
-_MOVED = 1e-4            # m: a camera centre or untouched marker that changed by more renews the templates. Chosen
+TEMPLATE_GRID = (13, 11)  # template positions along x and y
+TEMPLATE_DEPTHS = (0.1, 0.4, 0.8)  # over the library's largest depth
+PAIR_DEPTH = 1  # index in TEMPLATE_DEPTHS of the templates of two presses at once
+_MAX_TEMPLATE_SHIFT = 1e-4  # m; templates are recomputed when a camera centre or an untouched marker changes by more
 
 
 class SheetStart:
@@ -156,44 +170,45 @@ class SheetStart:
 
     def __init__(self, library: SheetLibrary, shift: float, growth: float):
         self._library, self._sigma = library, np.array([shift, shift, growth])
-        x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(GRID, library.plan.reach))
-        places = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
-        self._presses = [Press(place, depth * library.plan.depth) for place in places for depth in DEPTHS]
+        x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(TEMPLATE_GRID, library.plan.reach))
+        positions = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
+        self._presses = [Press(position, depth * library.plan.depth) for position in positions for depth in TEMPLATE_DEPTHS]
         self._seen = np.zeros((0, 5))
 
     def best(self, field: MarkerField) -> tuple[Press, float]:
-        """The best matching press, with depth scaled to the match, and the match in standard deviations of the noise or of the residual,
-        whichever is larger."""
+        """Find the best matching press, with its depth scaled to the match, and the match in standard deviations.
+
+        The standard deviation is that of the noise or of the residual, whichever is larger.
+        """
         value, count = self._values(field)
         match = self._fields @ value
         score = match / self._lengths
         k = int(np.argmax(score))
-        press, best = self._presses[k], float(score[k])
-        depth = min(max(press.depth * best / float(self._lengths[k]), 1e-5), self._library.plan.depth)
-        left = (float(value @ value) - best**2) / max(count, 1)
-        return Press(press.place, depth), best / np.sqrt(max(left, 1.0))
+        start, best = self._presses[k], float(score[k])
+        depth = min(max(start.depth * best / float(self._lengths[k]), 1e-5), self._library.plan.depth)
+        residual = (float(value @ value) - best**2) / max(count, 1)
+        return Press(start.position, depth), best / np.sqrt(max(residual, 1.0))
 
     def best_pair(self, field: MarkerField) -> list[Press]:
-        """The two presses whose fields, each scaled, add up to the field best, as if all markers were seen; of the templates of PAIR_DEPTH,
-        as best for the rest."""
-        fields = self._fields[PAIR_DEPTH::len(DEPTHS)]
+        """Find the two templates of PAIR_DEPTH whose scaled fields best add up to the field, as if all markers were visible."""
+        fields = self._fields[PAIR_DEPTH::len(TEMPLATE_DEPTHS)]
         match = fields @ self._values(field)[0]
         if self._gram is None:
-            both = (fields @ fields.T).astype(float)
-            own = np.diag(both) + 1e-9
-            free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
-            self._gram = both, own, free
-        both, own, free = self._gram
-        share = (match[:, None] * own - both * match) / free  # of the first of each pair
+            gram = (fields @ fields.T).astype(float)
+            own = np.diag(gram) + 1e-9
+            determinant = np.maximum(own[:, None] * own - gram**2, 1e-3 * own[:, None] * own)  # similar templates cannot be separated
+            self._gram = gram, own, determinant
+        gram, own, determinant = self._gram
+        share = (match[:, None] * own - gram * match) / determinant  # of the first of each pair
         reported = np.where((share > 0) & (share.T > 0), share * match[:, None] + share.T * match, 0.0)
         first, second = np.unravel_index(np.argmax(reported), reported.shape)
-        presses = self._presses[PAIR_DEPTH::len(DEPTHS)]
+        presses = self._presses[PAIR_DEPTH::len(TEMPLATE_DEPTHS)]
         return [replace(presses[k], depth=float(np.clip(presses[k].depth * share[k, other], 1e-5, self._library.plan.depth)))
                 for k, other in ((first, second), (second, first))]
 
     def _values(self, field: MarkerField) -> tuple[np.ndarray, int]:
-        """(3 K,) shift and growth of all markers over their noise, 0 where unknown, and how many are known."""
-        self._renew(field)
+        """Shift and growth (3 K,) of all markers over their noise, 0 if unknown, and how many are known."""
+        self._update_templates(field)
         value = (np.column_stack([field.shift, field.growth]) / self._sigma).ravel()
         known = np.isfinite(value) & self._shown
         if not np.array_equal(known, self._known):
@@ -201,26 +216,28 @@ class SheetStart:
             self._lengths = np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
         return np.where(known, value, 0.0).astype(np.float32), np.count_nonzero(known)
 
-    def _renew(self, field: MarkerField) -> None:
-        """Renew the templates where markers or camera centres changed; a marker that is not seen keeps its last position."""
+    def _update_templates(self, field: MarkerField) -> None:
+        """Recompute the templates if markers or camera centres changed; a marker that is not visible keeps its last position."""
         seen = np.column_stack([field.rest, field.camera_centre])
         if len(seen) == len(self._seen):
             seen = np.where(np.isfinite(seen), seen, self._seen)
-            if ((np.abs(seen - self._seen) <= _MOVED) | np.isnan(seen)).all():
+            if ((np.abs(seen - self._seen) <= _MAX_TEMPLATE_SHIFT) | np.isnan(seen)).all():
                 return
         self._seen, shown = seen, np.isfinite(seen).all(1)
         fields = np.zeros((len(self._presses), len(field), 3))
-        for k, press in enumerate(self._presses):
-            fields[k, shown] = show(self._library, [press], seen[shown, :2], seen[shown, 2:])[0] / self._sigma
+        for k, one in enumerate(self._presses):
+            fields[k, shown] = show(self._library, [one], seen[shown, :2], seen[shown, 2:])[0] / self._sigma
         self._shown, self._known, self._gram = np.repeat(shown, 3), np.zeros(0, bool), None
         self._fields = fields.reshape(len(fields), -1).astype(np.float32)
 
 
 @dataclass(frozen=True)
 class CameraShifts:
-    """camera_centres: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, and turned:
-    rad, where on the sheet the printed markers are relative to their nominal places, on which all views are based: turned about the
-    centre, then shifted."""
+    """Corrections of camera centres and print.
+
+    camera_centres: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed, (2,) m, and turned, rad:
+    shift and rotation about the centre of the printed markers relative to their nominal positions, on which all views are based.
+    """
 
     camera_centres: np.ndarray
     shifts: np.ndarray
@@ -229,7 +246,7 @@ class CameraShifts:
 
     @classmethod
     def of(cls, seen: MarkerField) -> CameraShifts:
-        """Zero shifts for the camera centres of a field; camera centres within a tenth of their distance to the sheet are one camera."""
+        """Zero shifts for the camera centres of a field; centres within a tenth of their distance to the sheet are one camera."""
         camera_centres: list[np.ndarray] = []
         for camera_centre in seen.camera_centre[np.isfinite(seen.camera_centre).all(1)]:
             if not any(np.linalg.norm(camera_centre - known) < 0.1 * abs(camera_centre[2]) for known in camera_centres):
@@ -244,15 +261,30 @@ class CameraShifts:
         return replace(field, camera_centre=camera_centre, rest=field.rest @ turn + self.printed, shift=field.shift @ turn)
 
     def number(self, field: MarkerField) -> np.ndarray:
-        """(K,) number of the camera that sees each marker of a field with uncorrected camera centres."""
+        """Number (K,) of the camera that observes each marker of a field with uncorrected camera centres."""
         return np.argmin(np.square(field.camera_centre[:, None] - self.camera_centres).sum(axis=2), axis=1)
 
 
 @dataclass(frozen=True)
 class SheetCalibration:
-    """library: centred on the calibrated tip radius; marker_radius: m; camera centres; noise: of fields, with the model error; place_error:
-    m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m, calibrated
-    minimum and maximum of x and y; deepest: m, calibrated.
+    """Calibration of the sheet model.
+
+    Attributes
+    ----------
+    library : SheetLibrary
+        Simulated presses, centred on the calibrated tip radius.
+    marker_radius : float
+        Radius of the markers in m.
+    camera_centres : CameraShifts
+        Corrected camera centres.
+    noise : FieldNoise
+        Noise of fields, with the model error.
+    place_error, depth_share : float
+        Standard deviations of the remaining errors of position, in m, and of depth over depth.
+    place_range : ndarray, shape (2, 2)
+        Calibrated minimum and maximum of x and y in m.
+    deepest : float
+        Largest calibrated depth in m.
     """
 
     library: SheetLibrary
@@ -276,29 +308,31 @@ class SheetModelMethod:
         self._inverse, self._choice = inverse, Choice()
         self._margin = np.array(sensor.pitch)
         self._before: np.ndarray | None = None
-        self._lasts = False
+        self._is_in_contact = False
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
-        may show it at different moments. Of the frames before, only the drag counts, and the motion of a
-        second camera's markers, which may be seen at another moment."""
+        """Estimate the contacts of one frame; empty without contact.
+
+        Two cameras may expose at different times, so that the first frame of a contact is skipped if no press explains it. Of earlier
+        frames, only the drag and the motion of the second camera's markers are used.
+        """
         motion = self._motion(field)
-        begins, self._lasts = not self._lasts, False
-        if field.seen.sum() < FEWEST:
+        begins, self._is_in_contact = not self._is_in_contact, False
+        if field.seen.sum() < MIN_MARKERS:
             self._choice = Choice()
             return []
         field = self._calibration.camera_centres.shifted(field)
         best, score = self._start.best(field)
-        if score < CONSTANTS.stands_out and not self._choice.dragged:  # a drag goes on where the field is like no straight press
+        if score < CONSTANTS.stands_out and not self._choice.dragged:  # a drag continues although the field matches no straight press
             self._choice = Choice()
             return []
-        self._lasts = True
+        self._is_in_contact = True
         found = self._explained(field, [best], motion)
         if begins and motion is not None and found.misfit > CONSTANTS.strange:
             return []
         touches = [self._touch(found, k) for k in range(len(found.presses)) if found.is_sure(k)]
         touches = [touch for touch in touches if self._is_seen(touch, field)]
-        if score < CONSTANTS.stands_out:  # what is left of a touch that has ended may be fitted by the shallowest press that there is
+        if score < CONSTANTS.stands_out:  # the residual field of a contact that has ended may be fitted by a very shallow press
             touches = [touch for touch in touches if touch.depth > CONSTANTS.sure * touch.depth_sigma]
             if not touches:
                 self._choice = Choice()
@@ -307,17 +341,17 @@ class SheetModelMethod:
         return touches
 
     def _explained(self, field: MarkerField, start: list[Press], motion: np.ndarray | None) -> Inverse:
-        """The presses that explain a field; start: of one."""
+        """Find the presses that explain a field; start: of one press."""
         seen = Seen(field, motion)
 
         def two() -> Inverse:
-            """From the last frame's two, else straight from the best pair of starts, and dragged from there."""
+            """Fit two presses from those of the last frame, else straight from the best pair of starts and then dragged."""
             if self._choice.two is not None:
                 return self._inverse.solve(seen, self._choice.two, drags=True)
             straight = self._inverse.solve(seen, self._start.best_pair(field))
             if not (straight.is_sure(0) and straight.is_sure(1)):
                 return straight
-            return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
+            return self._inverse.solve(seen, straight.presses, drags=True)  # each moves the sheet under the other
 
         def one(start: list[Press], dragged: bool) -> Inverse:
             return self._inverse.solve(seen, start, dragged, dragged and self._choice.radius or (0.0, CONSTANTS.tip))
@@ -325,12 +359,12 @@ class SheetModelMethod:
         return self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
-        """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""
-        away = np.abs(field.rest[field.seen] - touch.position[:2]) / self._margin
-        return bool(away.max(axis=1).min() < CONSTANTS.unseen)
+        """Whether markers around a contact are visible: if it starts between two exposures, one camera may show none."""
+        distance = np.abs(field.rest[field.seen] - touch.position[:2]) / self._margin
+        return bool(distance.max(axis=1).min() < CONSTANTS.unseen)
 
     def _motion(self, field: MarkerField) -> np.ndarray | None:
-        """(K, 3) change of shift and growth since the frame before, of markers that a second camera sees, else 0; None with one."""
+        """Change (K, 3) of shift and growth since the last frame of markers that a second camera observes, else 0; None with one camera."""
         if len(self._calibration.camera_centres.camera_centres) < 2:
             return None
         now, before = np.column_stack([field.shift, field.growth]), self._before
@@ -341,12 +375,12 @@ class SheetModelMethod:
     def _touch(self, found: Inverse, k: int) -> TouchEstimate:
         calibration, press, scale = self._calibration, found.presses[k], self._calibration.library.plan.radius
         (x, y, depth), covariance = found.tip(k)
-        place, radius = np.array([x, y, -depth]), float(scale * np.exp(press.log_radius))
-        if len(found.presses) == 1:  # what x, y and depth change where the radius is another by what the model lacks
+        position, radius = np.array([x, y, -depth]), float(scale * np.exp(press.log_radius))
+        if len(found.presses) == 1:  # change of x, y and depth for an error of the radius by the model
             shift = CONSTANTS.radius[any(press.drag)] * found.covariance[:3, 3] / found.covariance[3, 3]
             covariance = covariance + np.outer(shift, shift)
         else:
-            place, depth = self._centre(found, k, radius)
+            position, depth = self._centre(found, k, radius)
             lacks = np.array(CONSTANTS.apart)[[0, 0, 1]] * scale
             covariance = covariance + np.diag(lacks**2 * max(found.misfit - 1.0, 0.0))
         aside, deeper = np.maximum(np.hypot(*press.drag) * np.array(CONSTANTS.dragged), CONSTANTS.floor) * scale
@@ -354,31 +388,33 @@ class SheetModelMethod:
         extra = np.array([aside, aside, np.hypot(deeper, calibration.depth_share * depth)])
         turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
         covariance = turned @ (covariance + np.diag(extra**2)) @ turned
-        flags = self._flags(np.append(place[:2], depth)) | AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
-        return TouchEstimate(place, float(depth), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
+        flags = self._flags(np.append(position[:2], depth)) | AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
+        return TouchEstimate(position, float(depth), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
 
     def _centre(self, found: Inverse, k: int, radius: float) -> tuple[np.ndarray, float]:
-        """Centre (3,) of the contact of one of two presses, and its depth, m: the other inclines the sheet under it, so that its lowest
-        point lies downhill of what touches the sheet."""
+        """Centre (3,), m, of the contact of one of two presses, and its depth, m.
+
+        The other press inclines the sheet, so that the lowest point lies downhill of the contact.
+        """
         press, library = found.presses[k], self._calibration.library
-        camera_centre = np.array([[*press.place, -1.0]])
-        whole, alone = (show(library, presses, press.place[None], camera_centre, found.mixed)[1][0]
+        camera_centre = np.array([[*press.position, -1.0]])
+        whole, alone = (show(library, presses, press.position[None], camera_centre, found.mixed)[1][0]
                         for presses in (found.presses, [press]))
         slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
         centre = found.wrenches[k, 6:]
         depth = press.depth + sunk + 0.5 * radius * slope @ slope
         height = centre[2] - depth + slope @ (0.5 * (radius - centre[2]) * slope + centre[:2])
-        return np.append(press.place + aside + centre[:2] - centre[2] * slope, height), depth
+        return np.append(press.position + aside + centre[:2] - centre[2] * slope, height), depth
 
     def _flags(self, tip: np.ndarray) -> int:
         low, high = self._calibration.place_range
         outside = (tip[:2] < low - self._margin).any() or (tip[:2] > high + self._margin).any()
-        flags = OUT_OF_RANGE if outside or tip[2] > BEYOND * self._calibration.deepest else 0
-        return flags | (AT_EDGE if (np.abs(tip[:2]) >= EDGE * self._calibration.library.plan.reach).any() else 0)
+        flags = OUT_OF_RANGE if outside or tip[2] > MAX_RELATIVE_DEPTH * self._calibration.deepest else 0
+        return flags | (AT_EDGE if (np.abs(tip[:2]) >= MAX_RELATIVE_REACH * self._calibration.library.plan.reach).any() else 0)
 
 
 def _wrench_of(found: Inverse, position: np.ndarray) -> np.ndarray:
-    """(6,) wrench at the origin, over shear modulus and thickness, m and m^2, of one press with its tip at position (3,), m."""
+    """Wrench (6,) at the origin, over shear modulus and thickness, m and m^2, of one press with its tip at position (3,), m."""
     stiffness, x, y, *about = found.wrenches[0, :6]
     push = found.presses[0].depth * np.exp(stiffness)
     force = push * np.array([x, y, -1.0])

@@ -21,8 +21,8 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_tr
 from tactile_driver.simulation.truth import SLIPPING, Touch, TruthFrame, slip_state_of
 
 from ...common.marker_sensor import MARKER_SENSORS
+from ...core.errors import BadRecording
 from ...dots.parameters import DOT_PARAMETERS
-from ...errors import BadRecording
 
 #: What recordings hold of the ground truth.
 KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'

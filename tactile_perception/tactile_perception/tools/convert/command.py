@@ -12,10 +12,10 @@ from pathlib import Path
 from tactile_driver.errors import reports_errors
 from tactile_driver.recordings.writer import write_messages
 
+from ...common.messages import description_messages
 from ...common.progress import progress
+from ...core.parameter_files import write_parameters
 from ...finger.tools import PsdRecording
-from ...nodes.messages.conversions import description_messages
-from ...parameters.file import write_parameters
 from ...taxel.response import SENSOR as TAXEL_ARRAY
 from .camera import Recording
 from .taxel import TaxelRecording

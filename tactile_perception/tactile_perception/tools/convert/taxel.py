@@ -18,7 +18,7 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_truth
 from tactile_driver.simulation.truth import Touch, TruthFrame
 
-from ...errors import BadRecording
+from ...core.errors import BadRecording
 from .camera import FIRST_S, KNOWN, read_arrays
 
 _GRAVITY = 9.81  # m/s^2

@@ -6,7 +6,7 @@ from dome_library import EYES, MESH, POINTS, library_field, press, small_library
 from dome_scenes import DOME, FEW, dome_presses
 
 from tactile_perception.common.marker_sensor import MARKER_SENSORS, dome_cap
-from tactile_perception.errors import BadCalibration
+from tactile_perception.core.errors import BadCalibration
 from tactile_perception.press.dome import calibration, mechanics
 from tactile_perception.press.dome.calibration import calibrate_dome, identify_dome, load_steps
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, OnMesh, appear_at, outlines, press_dome, shift_of
@@ -15,15 +15,15 @@ from tactile_perception.press.presses import Presses
 
 
 def known():
-    """A calibration of which the library is known."""
+    """A calibration with a known library."""
     return DomeCalibration(small_library(), np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), *[0.0] * 9)
 
 
 @pytest.mark.full  # simulates a small library
-def test_noise_and_errors_are_those_of_the_presses():
+def test_noise_and_errors_follow_from_the_presses():
     plain = dome_presses(FEW, (0.012, 0.025))
-    pressed = [(place, depth) for place in FEW for depth in (0.012, 0.025)]
-    fields = [library_field(seed=k) for k in range(3)] + [library_field(press(*place, depth), seed=k) for k, (place, depth) in
+    pressed = [(position, depth) for position in FEW for depth in (0.012, 0.025)]
+    fields = [library_field(seed=k) for k in range(3)] + [library_field(press(*position, depth), seed=k) for k, (position, depth) in
                                                           enumerate(pressed)]
     presses = Presses(tuple(fields), plain.position, plain.depth)
     found = calibrate_dome(presses, DOME, known())
@@ -34,12 +34,12 @@ def test_noise_and_errors_are_those_of_the_presses():
 
 
 @pytest.mark.full  # simulates a small library
-def test_what_places_and_depths_are_off_by_is_taken_from_estimates():
-    """Presses that show what others show, farther out and deeper: by a tenth."""
-    places, depths = [(x, y) for x in (-0.05, -0.02, 0.01, 0.04) for y in (-0.04, 0.0, 0.03)], (0.008, 0.015, 0.03)
-    pressed = [(np.array(place), depth) for place in places for depth in depths]
-    fields = [library_field(press(*(0.97 * place), 1.1 * depth), seed=k) for k, (place, depth) in enumerate(pressed)]
-    position, depth = np.array([[*place, 0.1] for place, _ in pressed]), np.array([one for _, one in pressed])
+def test_scales_of_position_and_depth_are_corrected():
+    """Presses that show the fields of others, which are farther out and deeper by 10 %."""
+    positions, depths = [(x, y) for x in (-0.05, -0.02, 0.01, 0.04) for y in (-0.04, 0.0, 0.03)], (0.008, 0.015, 0.03)
+    pressed = [(np.array(position), depth) for position in positions for depth in depths]
+    fields = [library_field(press(*(0.97 * position), 1.1 * depth), seed=k) for k, (position, depth) in enumerate(pressed)]
+    position, depth = np.array([[*position, 0.1] for position, _ in pressed]), np.array([one for _, one in pressed])
     presses = Presses(tuple(fields), position, depth)
     found = calibrate_dome(presses, DOME, known())
     assert found.wider == pytest.approx(0.97, abs=0.01)
@@ -57,17 +57,17 @@ GIVEN = dict(points=POINTS, camera_centres=np.nan_to_num(EYES), cap=CAP, plane_z
 
 
 @pytest.mark.full  # simulates presses
-def test_tension_gas_and_friction_are_reported_from_simulated_presses(monkeypatch):
-    """Where the pressure is held, though sealed gas is likelier."""
-    for name, value in {'GASES': (70.0, 0.01), 'MeshPlan': lambda: MESH}.items():
+def test_tension_gas_and_friction_are_identified_from_simulated_presses(monkeypatch):
+    """The pressure is constant, although the prior favours sealed gas."""
+    for name, value in {'GAS_STARTS': (70.0, 0.01), 'MeshPlan': lambda: MESH}.items():
         monkeypatch.setattr(calibration, name, value)  # coarse and few
     presses, true = dome_presses([(0.0, 0.0), (0.05, 0.0)], (0.012, 0.025), still=0), DomeMaterial(0.4, 0.0, 0.4)
     known = np.isfinite(POINTS).all(1)
     rest, eyes = outlines(POINTS[known], MARKER, CAP), EYES[known]
-    for place in presses.some(2, 2):  # what the true dome would have shown
-        mesh, steps = DomeMesh(shift_of(place.position[0, 0], TIP, CAP), CAP, MESH), load_steps(place.depth)
-        straight = press_dome(mesh, steps, TIP, true, drags=0).straight[np.searchsorted(steps, place.depth)]
-        for field, shown in zip(straight, place.fields):
+    for position in presses.some(2, 2):  # what the true dome would have shown
+        mesh, steps = DomeMesh(shift_of(position.position[0, 0], TIP, CAP), CAP, MESH), load_steps(position.depth)
+        straight = press_dome(mesh, steps, TIP, true, drags=0).straight[np.searchsorted(steps, position.depth)]
+        for field, shown in zip(straight, position.fields):
             moved = OnMesh(mesh, rest.reshape(-1, 3)).displaced(field).reshape(rest.shape)
             shown.shift[known] = (appear_at(rest + moved, eyes) - appear_at(rest, eyes)) * (DOME.plane_z - eyes[:, 2:])
     material, radius = identify_dome(presses, **GIVEN)
@@ -76,7 +76,7 @@ def test_tension_gas_and_friction_are_reported_from_simulated_presses(monkeypatc
 
 
 def test_presses_that_cannot_be_simulated_are_refused(monkeypatch):
-    monkeypatch.setattr(mechanics, 'STEPS', 1)
+    monkeypatch.setattr(mechanics, 'MAX_NEWTON_STEPS', 1)
     monkeypatch.setattr(calibration, 'LOAD_STEPS', 1)
     with pytest.raises(BadCalibration, match='do not converge'):
         identify_dome(dome_presses([(0.0, 0.0)], (0.012,), still=0), **GIVEN)

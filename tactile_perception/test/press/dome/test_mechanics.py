@@ -11,7 +11,7 @@ from dome_scenes import DOME, EYE, markers
 
 from tactile_perception.common.geometry import Cap
 from tactile_perception.common.marker_sensor import dome_cap
-from tactile_perception.errors import BadArgument
+from tactile_perception.core.errors import BadArgument
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, outlines, press_dome, shift_of
 
 CAP, MESH = Cap(0.15375, 0.12), MeshPlan(even=10, rings=18, width=0.0145, harmonics=3, around=8)
@@ -25,21 +25,21 @@ def pressed(across, depths, material, radius=TIP):
     return mesh, press_dome(mesh, np.array(depths), radius, material)
 
 
-def test_the_skin_lies_on_the_tip_and_does_not_enter_it():
+def test_the_skin_lies_on_the_tip_without_penetration():
     mesh, found = pressed(0.03, np.linspace(0.002, 0.02, 10), DomeMaterial(0.8, 60.0, 0.5))
-    places = mesh.rest.reshape(-1, 3) + evaluate(found.straight[-1], mesh, mesh.rest.reshape(-1, 3))
+    positions = mesh.rest.reshape(-1, 3) + evaluate(found.straight[-1], mesh, mesh.rest.reshape(-1, 3))
     centre = np.array([0.03, 0, CAP.centre_z + np.sqrt((CAP.curvature_radius + TIP)**2 - 0.03**2) - 0.02])
-    gap = np.linalg.norm(places - centre, axis=1) - TIP
+    gap = np.linalg.norm(positions - centre, axis=1) - TIP
     assert -1e-4 < gap.min() < 2e-5
 
 
 @pytest.mark.parametrize('squeeze', [0.0, 0.8])
-def test_a_gas_that_is_held_gives_way_more_easily_than_one_that_is_sealed(squeeze):
+def test_a_dome_at_constant_pressure_is_softer_than_a_sealed_one(squeeze):
     push = [pressed(0.0, [0.005, 0.01], DomeMaterial(squeeze, gas, 0.5))[1].push[-1] for gas in (0.0, 60.0)]
     assert push[1][2] < push[0][2] < 0 and np.abs([one[:2] for one in push]).max() < 1e-6 * abs(push[0][2])
 
 
-def test_a_drag_pulls_the_skin_along_and_is_alike_in_all_directions_on_top():
+def test_a_drag_moves_the_skin_and_is_isotropic_at_the_top():
     mesh, found = pressed(0.0, [0.005, 0.01, 0.015], DomeMaterial(0.8, 60.0, 0.5))
     points = np.array([[0.0, 0.0, CAP.height], [0.02, 0.0, np.nan], [0.0, 0.02, np.nan]])
     points[1:, 2] = CAP.heights(points[1:, :2])
@@ -49,7 +49,7 @@ def test_a_drag_pulls_the_skin_along_and_is_alike_in_all_directions_on_top():
     assert np.allclose(along[[0, 1, 2]][:, [0, 1]], across[[0, 2, 1]][:, [1, 0]], rtol=1e-3, atol=1e-6)
 
 
-def test_skin_sticks_where_the_tip_meets_it_whatever_the_load_steps():
+def test_the_skin_sticks_where_the_tip_meets_it_with_any_load_steps():
     mesh, few = pressed(0.05, np.linspace(0, 0.02, 11)[1:], DomeMaterial(0.0, 73.0, 0.6))
     many = pressed(0.05, np.linspace(0, 0.02, 61)[1:], DomeMaterial(0.0, 73.0, 0.6))[1]
     points = mesh.rest.reshape(-1, 3)
@@ -88,7 +88,7 @@ def seen(points):
 
 
 def pixels_mean(point, radius, steps=400):
-    """Where the middle of the pixels lies that look at a disc around a point of the dome."""
+    """Mean of the pixels whose rays meet a disc around a point of the dome."""
     edge = seen(outlines(point[None], 1.02 * radius, DOME_CAP)[0, 1:])
     low, high = edge.min(0), edge.max(0)
     grid = np.stack(np.meshgrid(*(np.linspace(*ends, steps) for ends in zip(low, high))), axis=-1).reshape(-1, 2)
@@ -98,7 +98,7 @@ def pixels_mean(point, radius, steps=400):
     return grid[arc < radius].mean(0)
 
 
-def test_a_marker_appears_in_the_middle_of_the_pixels_that_look_at_it():
+def test_a_marker_appears_at_the_mean_of_its_pixels():
     slanted = POINTS[np.argsort(POINTS[:, 2])[[0, 40, 80]]]
     found = appear_at(outlines(slanted, MARKER, DOME_CAP), EYE)
     true = np.array([pixels_mean(point, MARKER) for point in slanted])
@@ -107,7 +107,7 @@ def test_a_marker_appears_in_the_middle_of_the_pixels_that_look_at_it():
     assert off_centre.max() * 0.165 > 1e-4 and np.linalg.norm(found - true, axis=1).max() * 0.165 < 4e-6
 
 
-def test_centres_of_untouched_markers_are_reported_from_where_they_appear():
+def test_centres_of_untouched_markers_follow_from_their_apparent_positions():
     away = DOME.plane_z - EYE[2]
     rest = EYE[:2] + away * appear_at(outlines(POINTS, MARKER, DOME_CAP), EYE)
     camera_centres = np.tile(EYE, (len(POINTS), 1))

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Equilibria of the kernel against the energy of the sheet: its derivative is the force of the tip, and lies within friction's cone."""
+"""Equilibria of the kernel against the energy of the sheet, whose derivative is the force of the tip, within the friction cone."""
 import os
 from pathlib import Path
 
@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 from scipy.interpolate import griddata
 
-from tactile_perception.errors import BadArgument
+from tactile_perception.core.errors import BadArgument
 from tactile_perception.press.sheet.library import LibraryPlan
 from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, may_be_pressed, press_sheet
 
 PLAN = LibraryPlan((0.030, 0.0225), 7e-3, 12e-3)
 
 
-def moved(place, depths, radius, material):
+def moved(position, depths, radius, material):
     """Points (P, 2), m, of the untouched sheet, and their displacements (D, P, 3), m."""
-    mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
+    mesh = SheetMesh(position, PLAN.half, PLAN.scale, PLAN.n)
     solved, _ = press_sheet(mesh, depths, radius, material)
     return mesh.rest.reshape(-1, 2), np.einsum('egi,deik->degk', mesh.value, solved[:, mesh.nodes]).reshape(len(depths), -1, 3)
 
 
-def test_a_taut_sheet_under_a_shallow_tip_is_a_drum_skin():
+def test_a_taut_sheet_under_a_shallow_tip_is_a_membrane():
     """Far from the tip a taut membrane hangs as a logarithm: heights have the ratios of Laplace's equation."""
     points, (shift,) = moved((0.0, 0.0), np.array([1e-4]), 7e-3, SheetMaterial(1.5, 1e-9, 0.5))
     ring = np.flatnonzero((np.hypot(*points.T) > 4e-3) & (np.hypot(*points.T) < 13e-3))[::40]
@@ -41,23 +41,23 @@ def test_a_recorded_press_is_reproduced():
         pytest.skip('set TACTILE_RECORDINGS to the folder of recordings to run this')
     truth = np.load(path)
     rest, press = truth['dot_rest_xyz'].astype(float), np.flatnonzero(truth['segment'] == 1)
-    way = PLAN.load_steps(truth['depth'][press].astype(float))
-    points, shifts = moved(truth['obj_p'][press[0], :2].astype(float), way, 7e-3, SheetMaterial(1.03, 2e-7, 0.6))
+    steps = PLAN.load_steps(truth['depth'][press].astype(float))
+    points, shifts = moved(truth['obj_p'][press[0], :2].astype(float), steps, 7e-3, SheetMaterial(1.03, 2e-7, 0.6))
     for k, depth in zip(press, truth['depth'][press]):
-        off = rest + griddata(points, shifts[np.argmin(np.abs(way - depth))], rest[:, :2], 'cubic') - truth['dot_xyz'][k]
+        off = rest + griddata(points, shifts[np.argmin(np.abs(steps - depth))], rest[:, :2], 'cubic') - truth['dot_xyz'][k]
         off = off[np.isfinite(off).all(1)]  # between points
         assert len(off) > 0.6 * len(rest) and np.sqrt(np.mean(off**2)) < 3e-5 and np.abs(off).max() < 1.5e-4
 
 
-def test_what_is_no_sheet_is_refused():
+def test_impossible_sheets_are_refused():
     with pytest.raises(BadArgument, match='prestretch'):
         SheetMaterial(0.9)
 
 
-def test_presses_just_far_enough_from_the_clamp_count():
+def test_presses_just_far_enough_from_the_clamp_are_used():
     """0.0225 - 0.0165 is a little less than 0.006 in floating point."""
-    places = np.array([(0.024, 0.0165), (0.0, -0.0166), (-0.0241, 0.0), (np.nan, np.nan)])
-    assert may_be_pressed(places, np.array([0.030, 0.0225]), 0.008).tolist() == [True, False, False, False]
+    positions = np.array([(0.024, 0.0165), (0.0, -0.0166), (-0.0241, 0.0), (np.nan, np.nan)])
+    assert may_be_pressed(positions, np.array([0.030, 0.0225]), 0.008).tolist() == [True, False, False, False]
 
 
 PLACE, RADIUS, DEPTHS = np.array([0.008, 0.004]), 7e-3, np.linspace(1e-3, 5e-3, 5)
@@ -65,7 +65,7 @@ MESH = SheetMesh(PLACE, np.array([0.030, 0.0225]), 8e-3, 5)
 
 
 def energy(field, material):
-    """Per shear modulus times thickness, of splines displaced by field (side * side, 3)."""
+    """Energy over shear modulus times thickness of splines displaced by field (side * side, 3)."""
     edges = np.einsum('egai,eik->egak', MESH.slope, field[MESH.nodes]) + np.eye(2, 3)
     area = np.sum(np.cross(edges[..., 0, :], edges[..., 1, :])**2, axis=-1)
     bent = np.einsum('egi,eik->egk', MESH.laplacian, field[MESH.nodes])
@@ -74,18 +74,18 @@ def energy(field, material):
 
 
 def forces(field, material):
-    """(side, side, 3) of the tip on the inner splines: derivative of the energy."""
+    """Force (side, side, 3) of the tip on the inner splines: derivative of the energy."""
     found, h = np.zeros_like(field).reshape(MESH.side, MESH.side, 3), 1e-6
     for i, j, k in np.ndindex(MESH.side - 2, MESH.side - 2, 3):
-        way = np.zeros_like(found)
-        way[i + 1, j + 1, k] = h
-        ahead, behind = (energy(field + sign * way.reshape(-1, 3), material) for sign in (1, -1))
+        step = np.zeros_like(found)
+        step[i + 1, j + 1, k] = h
+        ahead, behind = (energy(field + sign * step.reshape(-1, 3), material) for sign in (1, -1))
         found[i + 1, j + 1, k] = (ahead - behind) / (2 * h)
     return found
 
 
 @pytest.mark.parametrize('friction, drag', [(0.0, None), (0.6, None), (0.6, (0.4, -0.2)), (0.6, (0.0, 0.0))])
-def test_the_tip_holds_the_sheet_and_nothing_else_does(friction, drag):
+def test_the_force_of_the_tip_is_in_equilibrium_with_the_sheet(friction, drag):
     material = SheetMaterial(1.05, 2e-7, friction)
     field, wrench = (part[-1] for part in press_sheet(MESH, DEPTHS, RADIUS, material, drag))
     push = forces(field, material)
@@ -95,7 +95,7 @@ def test_the_tip_holds_the_sheet_and_nothing_else_does(friction, drag):
     assert np.abs(push[far]).max() < 1e-4 * -wrench[2] < -wrench[2]
 
 
-def test_a_tip_that_slides_drags_with_its_traction():
+def test_a_sliding_tip_drags_with_the_given_traction():
     material = SheetMaterial(1.05, 2e-7, 0.0)
     (still, by_still), (slid, by_slid) = (press_sheet(MESH, DEPTHS, RADIUS, material, drag) for drag in ((0.0, 0.0), (0.5, 0.0)))
     straight, by_straight = press_sheet(MESH, DEPTHS, RADIUS, material)
@@ -105,6 +105,6 @@ def test_a_tip_that_slides_drags_with_its_traction():
     assert slid[-1].reshape(MESH.side, MESH.side, 3)[MESH.side // 2, MESH.side // 2, 0] > 1e-4
 
 
-def test_without_equilibrium_there_is_no_number():
+def test_without_equilibrium_the_result_is_nan():
     fields, wrenches = press_sheet(MESH, np.array([1e-3, np.nan, 2e-3]), RADIUS, SheetMaterial())
     assert np.isfinite(fields[0]).all() and np.isnan(fields[1:]).all() and np.isnan(wrenches[1:]).all()

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The model of a sheet: its method, its calibration, its library."""
+"""The sheet model: method, calibration and library."""
 import dataclasses
 import functools
 
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
 
-from tactile_perception.calibration.files.format import CalibrationFile, read_calibration, write_calibration
-from tactile_perception.errors import BadCalibration
+from tactile_perception.core.calibration_file import CalibrationFile, read_calibration, write_calibration
+from tactile_perception.core.errors import BadCalibration
 from tactile_perception.press.calibration import restored, stored
 from tactile_perception.press.estimate import AMBIGUOUS, OUT_OF_RANGE
 from tactile_perception.press.presses import Presses
@@ -43,12 +43,12 @@ def common_method():
     return SheetModelMethod(fitted(), SENSOR)
 
 
-STILL = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
+UNTOUCHED = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
 
 
 def begun(field):
-    """The touches of the first frame of a touch."""
-    assert common_method().estimate(STILL) == []
+    """Contacts in the first frame of a contact."""
+    assert common_method().estimate(UNTOUCHED) == []
     return common_method().estimate(field)
 
 
@@ -57,13 +57,13 @@ def touches(*press, noise=5e-6, growth=5e-3, seed=0):
 
 
 def together(presses, mixed=0.2, seed=0):
-    """The touches of presses whose sum lacks a part of what they share."""
+    """Contacts of presses whose fields do not add up exactly where they overlap."""
     return begun(field_of(show(library(), presses, GRID, EYE, mixed)[0], 2e-6, 2e-3, seed))
 
 
 @pytest.mark.parametrize('one, other', [((-0.010, 0.003, 3e-3), (0.006, -0.004, 2.4e-3)), ((-0.008, -0.006, 4e-3), (0.004, 0.005, 3.5e-3)),
                                         ((0.0, 0.0, 2e-3), (0.012, 0.002, 2e-3)), ((-0.008, 0.0, 3e-3), (0.008, 0.0, 3e-3))])
-def test_two_presses_are_reported_apart_at_the_centres_of_what_touches(one, other):
+def test_two_presses_are_separated_at_the_centres_of_their_contacts(one, other):
     found = together([Press(np.array(press[:2]), press[2]) for press in (one, other)])
     assert len(found) == 2 and np.isnan([touch.wrench for touch in found]).all()
     for touch, press in zip(sorted(found, key=lambda touch: touch.position[0]), (one, other)):
@@ -72,7 +72,7 @@ def test_two_presses_are_reported_apart_at_the_centres_of_what_touches(one, othe
 
 
 @pytest.mark.parametrize('radius, depth', [(21e-3, 6e-3), (28e-3, 5e-3)])
-def test_two_tips_beyond_the_model_are_two_and_their_places_errors_say_so(radius, depth):
+def test_two_tips_beyond_the_model_are_two_with_a_larger_covariance(radius, depth):
     truth = [(-0.013, 0.002, 3e-3, PLAN.radius), (0.013, -0.003, depth, radius)]
     found = begun(field_of(sum(pressed(*press) for press in truth), 5e-6, 5e-3))
     assert len(found) == 2
@@ -81,28 +81,28 @@ def test_two_tips_beyond_the_model_are_two_and_their_places_errors_say_so(radius
         assert np.hypot(*off) < 3e-3 and off @ np.linalg.solve(touch.covariance[:2, :2], off) / 2 < 3
 
 
-@pytest.mark.parametrize('place', [(0.0, 0.0), (0.012, -0.007), (-0.015, 0.010), (0.003, 0.0145)])
-def test_one_tip_of_any_size_is_one(place):
+@pytest.mark.parametrize('position', [(0.0, 0.0), (0.012, -0.007), (-0.015, 0.010), (0.003, 0.0145)])
+def test_one_tip_of_any_size_is_one_contact(position):
     for depth, radius in ((1e-3, 7e-3), (4e-3, 5.6e-3), (4e-3, 8.75e-3)):
         for seed in range(4):
-            touch, = touches(*place, depth, radius, seed=seed)
-            assert np.hypot(*(touch.position[:2] - place)) < 8e-4
+            touch, = touches(*position, depth, radius, seed=seed)
+            assert np.hypot(*(touch.position[:2] - position)) < 8e-4
 
 
-def test_a_drag_is_reported_from_a_press_elsewhere_and_from_two():
+def test_a_drag_is_distinguished_from_a_press_elsewhere_and_from_two():
     touch, = together([Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))])
     assert np.abs(touch.position - [0.005, -0.003, -4e-3]).max() < 2e-4
     straight, = together([Press(np.array([0.005, -0.003]), 4e-3)])
     assert (touch.wrench / touch.wrench[2] - straight.wrench / straight.wrench[2])[:2] == pytest.approx([-0.4, 0.25], abs=0.03)
 
 
-def test_a_second_press_is_reported_once_it_stands_out():
+def test_a_second_press_is_reported_once_it_exceeds_the_noise():
     one = Press(np.array([-0.008, 0.0]), 4e-3)
     reported = [len(together([one] + ([Press(np.array([0.010, 0.004]), 1.5e-4 * k)] if k else []), seed=k)) for k in range(25)]
     assert reported[0] == 1 and reported[-8:] == [2] * 8
 
 
-def test_a_touch_is_reported_with_its_uncertainty():
+def test_a_contact_is_reported_with_its_uncertainty():
     touch, = touches(0.012, -0.007, 4e-3, 8e-3)
     assert touch.position == pytest.approx([0.012, -0.007, -4e-3], abs=1.5e-4) and touch.depth == -touch.position[2]
     assert touch.radius == pytest.approx(8e-3, rel=0.25) and touch.flags == 0
@@ -110,16 +110,16 @@ def test_a_touch_is_reported_with_its_uncertainty():
     assert np.linalg.eigvalsh(touch.covariance).min() > 0
 
 
-def test_a_press_is_as_uncertain_as_other_friction_makes_it():
+def test_the_covariance_of_a_press_covers_other_frictions():
     squares = []
     for friction in (0.2, 0.8):
-        for place, depth, radius in (((0.0, 0.0), 3e-3, 7e-3), ((0.010, -0.006), 5e-3, 8e-3), ((-0.012, 0.005), 4e-3, 6e-3)):
-            touch, = touches(*place, depth, radius, dataclasses.replace(MATERIAL, friction=friction))
+        for position, depth, radius in (((0.0, 0.0), 3e-3, 7e-3), ((0.010, -0.006), 5e-3, 8e-3), ((-0.012, 0.005), 4e-3, 6e-3)):
+            touch, = touches(*position, depth, radius, dataclasses.replace(MATERIAL, friction=friction))
             squares.append((touch.depth - depth)**2 / touch.depth_sigma**2)
     assert 0.1 < np.mean(squares) < 2
 
 
-def test_places_are_reported_in_the_frame_of_the_sheet():
+def test_positions_are_reported_in_the_frame_of_the_sheet():
     shift, turn = np.array([3e-4, -2e-4]), 5e-3
     aside = dataclasses.replace(fitted(), camera_centres=dataclasses.replace(fitted().camera_centres, printed=shift, turned=turn))
     field = field_of(pressed(0.004, -0.003, 3e-3))
@@ -129,8 +129,8 @@ def test_places_are_reported_in_the_frame_of_the_sheet():
     assert there.position - here.position == pytest.approx([shift[0] - turn * y, shift[1] + turn * x, 0], abs=8e-5)
 
 
-def test_a_second_camera_that_sees_a_moving_tip_late_misleads_little():
-    """Two cameras, each over its half; the right one exposes after 15 % of the motion from frame to frame, which nobody tells."""
+def test_a_late_second_camera_causes_a_small_error():
+    """Two cameras, each over its half; the right one exposes late, after 15 % of the motion between frames, which is unknown."""
     right = GRID[:, :1] > 0.0
     camera_centres = np.where(right, [0.015, 0.0, -0.062], [-0.015, 0.0, -0.062])
     calibration = dataclasses.replace(fitted(), camera_centres=CameraShifts(np.unique(camera_centres, axis=0), np.zeros((2, 2))))
@@ -145,31 +145,31 @@ def test_a_second_camera_that_sees_a_moving_tip_late_misleads_little():
     assert following < 0.6 * each_alone and errors[0][0] == errors[0][1]
 
 
-def test_shallow_touches_are_reported():
+def test_shallow_contacts_are_reported():
     touch, = touches(-0.006, 0.004, 3e-4)
     off = touch.position - [-0.006, 0.004, -3e-4]
     assert np.hypot(*off[:2]) < 2e-3 and abs(off[2]) < 5e-5 and off @ np.linalg.solve(touch.covariance, off) < 20
 
 
-def test_nothing_touches_in_noise():
+def test_noise_causes_no_contact():
     still = np.zeros((len(GRID), 3))
     assert not any(common_method().estimate(field_of(still, 5e-6, 5e-3, seed)) for seed in range(300))
 
 
-def test_what_was_not_calibrated_is_flagged():
+def test_presses_outside_the_calibrated_range_are_flagged():
     deep, = touches(0.0, 0.0, 7e-3)
     outside, = touches(0.0, 0.0158, 3e-3)
     assert deep.flags & OUT_OF_RANGE and outside.flags & OUT_OF_RANGE
 
 
-def test_a_touch_where_no_marker_is_seen_is_not_reported():
+def test_a_contact_without_visible_markers_is_not_reported():
     seen, right = field_of(pressed(0.012, 0.0, 3e-3), 5e-6, 5e-3), GRID[:, 0] > -0.002
     assert len(common_method().estimate(seen)) == 1
     half = dataclasses.replace(seen, shift=np.where(right[:, None], np.nan, seen.shift))
     assert all(np.abs(found.position[0] + 0.002) < 0.012 for found in common_method().estimate(half))
 
 
-def test_what_no_press_explains_is_reported_by_two_cameras_from_the_second_frame_on():
+def test_an_unexplained_first_frame_of_two_cameras_is_skipped():
     camera_centres, shift = CameraShifts(np.array([[-0.03, 0, -0.062], [0.03, 0, -0.062]]), np.zeros((2, 2))), pressed(0.010, 0.0, 4e-3)
     method = SheetModelMethod(dataclasses.replace(fitted(), camera_centres=camera_centres), SENSOR)
     torn = field_of(np.where(GRID[:, :1] > 0.006, 0.2 * shift, shift), 5e-6, 5e-3)  # the right camera is far behind
@@ -179,7 +179,7 @@ def test_what_no_press_explains_is_reported_by_two_cameras_from_the_second_frame
 
 
 @pytest.mark.full
-def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
+def test_shift_and_rotation_of_the_print_are_identified_from_all_presses():
     at = np.array([(x, y, depth) for x in (-0.012, 0.0, 0.011) for y in (-0.006, 0.007) for depth in (3e-3, 5e-3)])
     fields = tuple(field_of(pressed(*where), 5e-6, 5e-3, seed) for seed, where in enumerate(at))
     shift, turn = np.array([3e-4, -2e-4]), 8e-3
@@ -189,7 +189,7 @@ def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
     assert camera_centres.printed == pytest.approx(shift, abs=5e-5) and camera_centres.turned == pytest.approx(turn, abs=2e-3)
 
 
-def test_the_wrench_is_that_of_the_mechanics():
+def test_the_wrench_is_that_of_the_simulation():
     touch, = touches(0.010, -0.006, 4e-3)
     wrench = press_sheet(SheetMesh((0.010, -0.006), PLAN.half, PLAN.scale, 8), np.linspace(2e-4, 4e-3, 20), 7e-3, MATERIAL)[1][-1]
     exact = np.append(wrench[:3], np.cross([0.010, -0.006, -4e-3], wrench[:3]) + wrench[3:6])
@@ -197,7 +197,7 @@ def test_the_wrench_is_that_of_the_mechanics():
     assert touch.wrench[3:] == pytest.approx(exact[3:], abs=0.04 * np.abs(exact[3:]).max())
 
 
-def test_the_same_frames_are_reported_the_same_to_the_bit_and_a_pause_forgets_what_was():
+def test_equal_frames_give_equal_results_and_a_pause_resets_the_state():
     press = [field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3, seed) for seed in range(3)]
     still = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
     reported = [[touch.position.tolist() for field in press for touch in SheetModelMethod(fitted(), SENSOR).estimate(field)]]
@@ -208,8 +208,8 @@ def test_the_same_frames_are_reported_the_same_to_the_bit_and_a_pause_forgets_wh
     assert reported[0] == reported[1] == reported[2] and len(reported[0]) == 3
 
 
-def test_covariance_is_that_of_many_trials():
-    """In a world that is the library's own, noise alone scatters the estimate, as much as is said."""
+def test_the_covariance_is_that_of_many_trials():
+    """On fields of the library itself, only noise scatters the estimates, as stated."""
     inverse, press = SheetInverse(library(), FieldNoise(1e-5, 5e-3, 1e-6, 1e-4), 0.0, 4.5e-3), Press(np.array([0.008, 0.004]), 3e-3)
     field = field_of(np.zeros((117, 3)))
     clean, _ = show(library(), [press], field.rest, field.camera_centre)
@@ -222,27 +222,27 @@ def test_covariance_is_that_of_many_trials():
     assert 0.7 < np.mean(squares) < 1.3
 
 
-def test_noise_louder_than_was_calibrated_does_not_stand_out():
-    """Nor does it hide a press."""
+def test_noise_above_the_calibrated_one_causes_no_contact():
+    """It does not hide a press either."""
     start, still = SheetStart(library(), 1e-5, 5e-3), np.zeros((len(GRID), 3))
     scores = [start.best(field_of(still, 3e-5, 2e-2, seed))[1] for seed in range(300)]
     assert max(scores) < 6 < 30 < start.best(field_of(pressed(0.006, -0.004, 3e-3), 3e-5, 2e-2))[1]
 
 
 PRINTED = LibraryPlan((0.030, 0.0225), 7.5e-3, 7e-3, n=5, levels=5, substeps=2)
-PLACES = [(0.0, 0.0), (0.014, 0.009), (-0.014, 0.009), (0.002, -0.010)]
+POSITIONS = [(0.0, 0.0), (0.014, 0.009), (-0.014, 0.009), (0.002, -0.010)]
 
 
-def presses(radius=6e-3, material=SheetMaterial(1.045, 3e-7, 0.4), depths=(6e-3, 3e-3), places=PLACES):
-    at = [(*place, depth) for place in places for depth in depths]
+def presses(radius=6e-3, material=SheetMaterial(1.045, 3e-7, 0.4), depths=(6e-3, 3e-3), positions=POSITIONS):
+    at = [(*position, depth) for position in positions for depth in depths]
     fields = tuple(field_of(pressed(*where, radius, material), 1e-6, 1e-3, seed) for seed, where in enumerate(at))
     at = np.array(at)
     return Presses(fields, at * [1, 1, -1], at[:, 2])
 
 
 @pytest.mark.full
-def test_the_numbers_of_another_sheet_and_tip_are_found():
-    numbers = fit_numbers(presses(places=PLACES[:2]), PRINTED)
+def test_the_numbers_of_another_sheet_and_tip_are_identified():
+    numbers = fit_numbers(presses(positions=POSITIONS[:2]), PRINTED)
     assert numbers.radius == pytest.approx(6e-3, rel=0.05)
     assert numbers.material.prestretch - 1 == pytest.approx(0.045, rel=0.12)
     assert numbers.material.friction == pytest.approx(0.4, rel=0.2)
@@ -251,42 +251,42 @@ def test_the_numbers_of_another_sheet_and_tip_are_found():
 
 def test_presses_at_the_clamp_alone_are_refused():
     with pytest.raises(BadCalibration, match='farther from the clamp'):
-        fit_numbers(presses(places=[(0.022, 0.0)]).select(np.array([True, False])), LibraryPlan((0.026, 0.0225), 7.5e-3, 7e-3))
+        fit_numbers(presses(positions=[(0.022, 0.0)]).select(np.array([True, False])), LibraryPlan((0.026, 0.0225), 7.5e-3, 7e-3))
 
 
-@pytest.mark.parametrize('place, depth, radius, drag', [
+@pytest.mark.parametrize('position, depth, radius, drag', [
     ((0.0, 0.0), 3e-3, 7e-3, None), ((0.011, -0.006), 5e-3, 8e-3, None), ((-0.014, 0.009), 2e-3, 6e-3, None),
     ((0.0, 0.0), 4e-3, 7e-3, (0.9, 0.0)), ((0.011, -0.006), 3e-3, 7e-3, (-0.3, 0.2)), ((0.004, -0.005), 3e-3, 7e-3, (-0.7, -0.7))])
-def test_a_press_looked_up_is_one_worked_out(place, depth, radius, drag):
-    mesh, way = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n), PLAN.load_steps(np.array([depth]))
-    (field, wrench), (_, straight) = ([part[-1] for part in press_sheet(mesh, way, radius, MATERIAL, how)] for how in (drag, None))
-    exact = field_appearance(uniform(field.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), PLAN, place, GRID, EYE, 0.0)[:, :2]
+def test_a_press_from_the_library_equals_a_simulated_one(position, depth, radius, drag):
+    mesh, steps = SheetMesh(position, PLAN.half, PLAN.scale, PLAN.n), PLAN.load_steps(np.array([depth]))
+    (field, wrench), (_, straight) = ([part[-1] for part in press_sheet(mesh, steps, radius, MATERIAL, how)] for how in (drag, None))
+    exact = field_appearance(uniform(field.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), PLAN, position, GRID, EYE, 0.0)[:, :2]
     more = wrench[:2] / -wrench[2] - straight[:2] / -straight[2]
-    found = show(library(), [Press(np.array(place), depth, np.log(radius / PLAN.radius), tuple(more))], GRID, EYE)[0][:, :2]
+    found = show(library(), [Press(np.array(position), depth, np.log(radius / PLAN.radius), tuple(more))], GRID, EYE)[0][:, :2]
     assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
 
 
 def test_a_sheet_that_cannot_be_solved_is_refused(monkeypatch):
-    monkeypatch.setattr(module, 'press_sheet', lambda mesh, way, *more: (
-        np.full((len(way), mesh.side**2, 3), np.nan), np.full((len(way), 9), np.nan)))
+    monkeypatch.setattr(module, 'press_sheet', lambda mesh, steps, *more: (
+        np.full((len(steps), mesh.side**2, 3), np.nan), np.full((len(steps), 9), np.nan)))
     with pytest.raises(BadCalibration, match='converge'):
         build_library(PLAN, MATERIAL)
 
 
-def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
+def test_a_few_unsolved_presses_are_extrapolated_linearly(monkeypatch):
     plan = dataclasses.replace(PLAN, n=2, levels=8, order=3)
 
-    def ramp(mesh, way, radius, material, drag=None):
-        field = np.ones((mesh.side**2, 3)) * way[:, None, None]
-        field[(way > 0.99 * plan.depth) & (mesh.place[0] > 0.9 * plan.reach[0]) & (mesh.place[1] > 0.9 * plan.reach[1])] = np.nan
-        return field, np.ones((len(way), 9)) * -way[:, None]
+    def ramp(mesh, steps, radius, material, drag=None):
+        field = np.ones((mesh.side**2, 3)) * steps[:, None, None]
+        field[(steps > 0.99 * plan.depth) & (mesh.position[0] > 0.9 * plan.reach[0]) & (mesh.position[1] > 0.9 * plan.reach[1])] = np.nan
+        return field, np.ones((len(steps), 9)) * -steps[:, None]
     monkeypatch.setattr(module, 'press_sheet', ramp)
-    deep = Press(plan.places[:, 0], 0.999999 * plan.depth)
-    moved = show(build_library(plan, MATERIAL), [deep], deep.place[None], EYE[:1])[1][0, 0]
+    deep = Press(plan.positions[:, 0], 0.999999 * plan.depth)
+    moved = show(build_library(plan, MATERIAL), [deep], deep.position[None], EYE[:1])[1][0, 0]
     assert moved == pytest.approx(np.full(3, plan.depth), rel=1e-3)
 
 
-def test_the_library_survives_a_calibration_file(tmp_path):
+def test_the_library_is_restored_from_a_calibration_file(tmp_path):
     write_calibration(tmp_path / 'file.yaml', CalibrationFile('areal_single', {}, stored(library()), {}, {}))
     again = restored(SheetLibrary, read_calibration(tmp_path / 'file.yaml', 'areal_single').fitted)
     press = Press(np.array([0.01, -0.004]), 5e-3, 0.1, (0.3, 0.1))

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""calibrate: a file that makes places better than the rest shape alone does; data that cannot determine it are refused in one line."""
+"""calibrate: a file that makes positions better than the undeformed shape alone does; data that do not determine it are
+refused in one line."""
 import contextlib
 import io
 import re
@@ -15,14 +16,14 @@ from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.common.dots import DotTracks
+from tactile_perception.core.parameter_files import read_parameters
 from tactile_perception.dots.tracker import make_tracker
-from tactile_perception.parameters.file import read_parameters
 from tactile_perception.tools import calibrate as module
 from tactile_perception.touchpad.calibration import Press, read_touchpad
 from tactile_perception.touchpad.parameters import NODE, TOUCHPAD_PARAMETERS
-from tactile_perception.touchpad.places import DotPlaces
+from tactile_perception.touchpad.positions import DotPositions
 from tactile_perception.touchpad.sensor import Touchpad
-from tactile_perception.touchpad.tools import chosen
+from tactile_perception.touchpad.tools import select_frames
 
 
 def run(bag, target, *more):
@@ -38,7 +39,7 @@ def calibrated(sphere_bag, tmp_path_factory):
 
 
 def press_error(sphere_bag, calibration):
-    """RMS error, m, of places in a frame of another scene: with the calibration, or from the rest shape alone where that is None."""
+    """RMS error, m, of positions in a frame of another scene: with the calibration, or from the undeformed shape alone if that is None."""
     values = read_parameters(f'{sphere_bag}.yaml', NODE, TOUCHPAD_PARAMETERS)
     scene = open_scene('disc_tilt', rate=10.0, seed=1)
     skin = scene.membrane
@@ -46,11 +47,11 @@ def press_error(sphere_bag, calibration):
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
     tracker = make_tracker(values)
-    places = DotPlaces(sensor, camera, read_touchpad(calibration, camera) if calibration else None)
+    positions = DotPositions(sensor, camera, read_touchpad(calibration, camera) if calibration else None)
     for k, time in enumerate((0.0, 0.1, 2.6, 2.6, 2.6)):
         seen = scene.render(time)
         tracks = tracker.process(seen.image, 1 + k)
-        xyz = places.locate(seen.image, tracks)
+        xyz = positions.locate(seen.image, tracks)
     return float(np.sqrt(np.nanmean(np.sum((xyz - seen.truth.dot_xyz[tracks.id])**2, axis=1))))
 
 
@@ -111,11 +112,11 @@ def test_an_even_choice_of_presses():
     image = np.zeros((2, 2, 3), np.uint8)
     rest = [Press(image, tracks) for _ in range(40)]
     touching = [Press(image, tracks, np.zeros(3), 1e-4 * k) for k in range(1, 400)]
-    kept = chosen(rest + touching, most=20)
+    kept = select_frames(rest + touching, max_presses=20)
     depths = [p.depth for p in kept if p.touching]
     assert len(kept) == 30 and min(depths) == pytest.approx(3e-4) and max(depths) == pytest.approx(399e-4)
     assert np.ptp(np.diff(depths)) < 3e-4
-    assert chosen([]) == []
+    assert select_frames([]) == []
 
 
 def test_the_serial_number_is_what_the_recording_says_of_its_device(tmp_path):

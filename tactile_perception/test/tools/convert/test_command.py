@@ -14,8 +14,8 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
-from tactile_perception.errors import BadRecording
-from tactile_perception.parameters.file import read_parameters, write_parameters
+from tactile_perception.core.errors import BadRecording
+from tactile_perception.core.parameter_files import read_parameters, write_parameters
 from tactile_perception.press.parameters import MARKER_PARAMETERS, MARKER_SENSOR_PARAMETERS, marker_sensor
 from tactile_perception.tools import calibrate, process_bag
 from tactile_perception.tools.convert import command as convert_recording, command as module

@@ -1,0 +1,465 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the dots of an image are, measured in that image: polarity, colour channel, size, contrast, blur and noise.
+
+Discs are local maxima of a difference of two Gaussians (Lindeberg, Feature detection with automatic scale selection, 1998) that correlate
+with a disc on a ring of ground (Lewis, Fast normalized cross-correlation, 1995). A pattern is a set of discs of one sign. The odds of a
+disc against a blob of any image are a product of likelihood ratios: of its shape, of its contrast and diameter about those near, and of the
+equally spaced lines that it makes with two others. The pattern with the highest product over its discs wins, and is refused below
+MIN_LOG_ODDS. Discs that are unlikely by themselves are none of its dots.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from ..common.neighbours import Neighbours
+from ..common.statistics import robust_sigma
+from ..core.errors import BadFrame
+from .fit import disc_modes
+
+CHANNELS = ('blue', 'green', 'red', 'grey')
+
+_DIAMETERS = 3.0 * 2 ** (np.arange(10) / 2)  # px, of the scale search: up to 68
+_ACROSS = 6.0  # px, diameter of a disc in the reduced images: the smallest in which its edge is seen on all sides
+_MAX_PEAKS = 4000  # strongest peaks of a scale that are looked at: bounds the time
+MIN_CONTRAST = 6.0  # grey levels: print and light, not rounding
+_MIN_CONTRAST_SIGMAS = 4.0  # of the noise of a pixel: noise alone shows fewer than six such discs of three px in an image
+DARKEST = 20.0  # grey levels: ground that is darker counts as black, of which a dark dot shows no share
+OVERLAP = 0.6  # diameters, smallest distance of two dots
+MIN_DOTS = 6  # the corners of a square are four
+_MIN_IRREGULAR = 16  # dots without regular spacing: dust, drops and reflections of one size are fewer
+RING = 1.4  # outer diameter of the ring over that of the disc: excludes neighbours down to a pitch of 1.2 diameters
+_NOISE = 1.0  # grey levels, regularises the normalisation of flat regions
+
+# Likelihoods of one blob as part of a pattern and as one of any image, in decimal logarithms. Any image: counted in photographs, texture,
+# noise and gels without markers.
+CORRELATIONS = 0.7, 0.85, 0.92  # with a disc: of the blobs of any image 60 % have less than the first, 5 and 1 % more than the others
+_SHAPE_ODDS = -0.8, 0.0, 0.7, 1.5  # of worn dots 10 % have less than the first, 60 and 30 % more than the others
+_SHAPED = 5.0  # px, diameter: any smaller speck is a disc, which then says nothing
+# Of a disc with the sign and contrast of the pattern, and of one of the other sign or half as strong: in any image half of the discs, in a
+# print 98 % and 2 %.
+_OWN_ODDS, _OTHER_ODDS = 0.29, -1.4
+_LEVELS = 20, 50, 80, 95  # percent of the discs' contrasts, tried as that of the pattern
+# Of the logarithms of a dot's contrast and diameter about its neighbours': least standard deviation in a print, and range in any image,
+# where they are uniform; and the share of dots under glare or dirt, whose standard deviation is so many times larger.
+_SIGMA, _RANGE, _ODD, _ODD_SIGMAS = 0.25, 2 * np.log(2), 0.01, 3.0
+_NEIGHBOURS, _IN_LINE = 4, 0.2  # of a dot, with which a third dot makes an equally spaced line, within so much of the distance
+_CHANCE, _MAX_REGULAR = 0.2, 0.95  # share of neighbours with such a third dot: in any image, and the most that is assumed of a print
+_MAX_SQUARENESS = 0.5  # of a pattern's blobs, 0 for discs and 1 for squares: the holes of a mesh, the fields of a chessboard
+_GREY_GAIN = 1.25  # of the noise of one channel over that of the mean of three that depend on each other a little
+MIN_LOG_ODDS = 13.0  # of which 3 pay for the sizes, signs, channels and contrasts that are tried
+
+LARGEST_FITTED = 14.0  # px: larger dots are fitted in a reduced image, which bounds the time
+_SAMPLE = 120  # dots from which blur and sizes are measured: bounds the time
+_STEPS = 5  # of their fit
+_BLUR, _MIN_BLUR = 0.9, 0.5  # px, start and bound: from a sharper edge, binary images too, the steps of a fit do not converge
+_MIN_FITTED = 1.5  # px, diameter
+_DAMPING = 0.1  # of the steps of diameter and blur, which look alike in dots of 3 px
+_NODES = 2.0  # diameters per px at which the fit is linearised
+# Of a disc's contrast, root mean square that its image leaves unexplained, at most, and the share of such discs among dots that are fitted:
+# nine of ten printed dots have less than 0.16, worn ones less than 0.27 to 0.5.
+_MAX_RESIDUAL, MIN_DISCS = 0.2, 0.9
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """Appearance of dots in a frame.
+
+    channel: a name in CHANNELS; step: factor by which the image is reduced; smallest, typical, largest: diameters, px of the reduced
+    image; blur: standard deviation, px of the reduced image; contrast (dot minus background), ground (background), noise: grey levels.
+    """
+
+    channel: str
+    step: int
+    smallest: float
+    typical: float
+    largest: float
+    blur: float
+    contrast: float
+    ground: float
+    noise: float
+
+
+@dataclass
+class Peaks:
+    """Discs: uv (N, 2) px; correlation (N,), 0 to 1; amplitude, ground (N,): grey levels of disc over ring, and of the ring; diameter
+    (N,) px."""
+
+    uv: np.ndarray
+    correlation: np.ndarray
+    amplitude: np.ndarray
+    ground: np.ndarray
+    diameter: np.ndarray
+
+    def take(self, some: np.ndarray) -> Peaks:
+        """A subset; some: (N,) bool or indices."""
+        return Peaks(*(getattr(self, field.name)[some] for field in fields(self)))
+
+    def contrast(self, sign: int) -> np.ndarray:
+        """(N,) in grey levels of bright dots; of dark dots, which take a share of the light, in per cent of the ground."""
+        return self.amplitude if sign > 0 else 100 * self.amplitude / np.maximum(self.ground, DARKEST)
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """sign: 1 for bright dots, -1 for dark; diameter: px; contrast: see Peaks; log_odds: decimal, against blobs of any image; uv: (N, 2)
+    px, of its discs; regular: the share of their neighbours that have a mirror image."""
+
+    sign: int
+    channel: str
+    diameter: float
+    contrast: float
+    log_odds: float
+    uv: np.ndarray
+    regular: float
+
+    def __str__(self) -> str:
+        kind, spacing = 'bright' if self.sign > 0 else 'dark', 'regular' if self.regular > 2 * _CHANCE else 'irregular'
+        return f'{len(self.uv)} {kind} blobs of {self.diameter:.0f} px with {spacing} spacing'
+
+
+def select_channel(image: np.ndarray, channel: str) -> np.ndarray:
+    """(H, W) uint8: one channel of a BGR image, or its grey mean; grey images are returned unchanged."""
+    if image.ndim == 2:
+        return image
+    if channel == 'grey':
+        return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    return cv2.extractChannel(image, CHANNELS.index(channel))
+
+
+def shrink(grey: np.ndarray, step: int) -> np.ndarray:
+    """The image with each block of step x step pixels averaged into one."""
+    rows, columns = (side // step for side in grey.shape)  # what is left over at the border would change the scale
+    return grey if step == 1 else cv2.resize(grey[:rows * step, :columns * step], (columns, rows), interpolation=cv2.INTER_AREA)
+
+
+def find_pattern(image: np.ndarray, signs: tuple[int, ...]) -> Pattern:
+    """The pattern of dots with the highest odds in an image, (H, W) or (H, W, 3) uint8, of one of the signs. Raises BadFrame without any.
+
+    The grey image is searched first, and colours where it shows no pattern.
+    """
+    colours = CHANNELS[:-1] if image.ndim == 3 and _is_coloured(image) else ()
+    best = None
+    for channel in (CHANNELS[-1], *colours):
+        if best is None or best.log_odds < MIN_LOG_ODDS:
+            best = _best_pattern(image, channel, signs, best)
+    if best is None or best.log_odds < MIN_LOG_ODDS:
+        seen = 'no blobs' if best is None else f'{best}, odds of 10^{best.log_odds:.0f} against those of any image'
+        asked = '' if len(signs) > 1 else 'bright ' if signs[0] > 0 else 'dark '
+        raise BadFrame(f'no pattern of {asked}dots: {seen}; is this a sensor without markers? Check light, focus and the parameters '
+                       'polarity and mask')
+    best = _in_best_channel(image, colours, best)
+    if best.diameter >= _SHAPED and (squareness := _squareness(select_channel(image, best.channel), best)) > _MAX_SQUARENESS:
+        raise BadFrame(f'no pattern of dots: {best}, nearer to squares than to discs (0 for discs, 1 for squares: {squareness:.2f}); '
+                       'is this a sensor without markers? Check the parameters polarity and mask')
+    return best
+
+
+def _squareness(grey, pattern: Pattern) -> float:
+    """Fourth moment of the median image of a pattern's blobs, after the linear map that makes its second moments equal: 0 for ellipses,
+    and 1 for parallelograms, whose moment is their squared area over 60; a blur that is alike in all directions adds nothing to it."""
+    small, scale, across = reduced(grey, pattern.diameter)
+    disc, both = _template(round(across, 2))
+    column, row = np.clip(np.rint((pattern.uv + 0.5) * scale - 0.5).astype(int), 0, np.array(small.shape[::-1]) - 1).T
+    patches = pattern.sign * _patches(small, column, row, disc.shape).reshape(len(row), *disc.shape)
+    patches = patches - np.median(patches[:, both - disc > 0.5], axis=1)[:, None, None]
+    patches /= np.maximum(np.percentile(patches[:, disc > 0.5], 75, axis=1), 1)[:, None, None]
+    weight = (np.maximum(np.median(patches, axis=0), 0) * both).ravel()
+    area, weight = weight.sum() / weight.max(), weight / weight.sum()
+    offset = np.indices(disc.shape).reshape(2, -1).astype(float)
+    offset -= (offset @ weight)[:, None]
+    root = np.linalg.cholesky(offset * weight @ offset.T)
+    x, y = np.linalg.solve(root, offset)
+    return float(60 * abs(weight @ (x + 1j * y)**4) * np.linalg.det(root)**2 / area**2)
+
+
+def find_candidates(image: np.ndarray, sign: int) -> dict[int, Peaks]:
+    """Every blob of an image, (H, W) or (H, W, 3) uint8, that could be a dot, alone: by sign, 1 bright, -1 dark; sign 0: both."""
+    found, signs = {}, (sign,) if sign else (-1, 1)
+    scales = _all_peaks(select_channel(image, CHANNELS[-1]), signs)
+    for each in signs:
+        peaks = merge([scale[each] for scale in scales], OVERLAP * _DIAMETERS[0])
+        peaks = peaks.take(peaks.correlation > CORRELATIONS[0])
+        if len(peaks.uv):
+            apart = OVERLAP * float(np.median(peaks.diameter))
+            peaks = peaks.take(without_doubles(peaks.uv, peaks.correlation * peaks.amplitude, apart))
+        found[each] = peaks
+    return found
+
+
+def _in_best_channel(image, colours, pattern: Pattern) -> Pattern:
+    """The pattern in the channel with the highest contrast; in grey where others have little more, since their noise is independent."""
+    contrast = {}
+    for channel in (*colours, CHANNELS[-1]):
+        discs = discs_at(select_channel(image, channel), pattern.sign, pattern.uv, pattern.diameter)
+        contrast[channel] = np.median(discs.amplitude * discs.correlation**4), float(np.median(discs.contrast(pattern.sign)))
+    contrast[CHANNELS[-1]] = _GREY_GAIN * contrast[CHANNELS[-1]][0], contrast[CHANNELS[-1]][1]
+    best = max(contrast, key=lambda channel: contrast[channel][0])
+    return replace(pattern, channel=best, contrast=contrast[best][1])
+
+
+def _best_pattern(image, channel: str, signs, best: Pattern | None) -> Pattern | None:
+    """The one with the highest odds at any scale of a channel, best or a better one. Its discs have diameters within half an octave."""
+    scales = _all_peaks(select_channel(image, channel), (-1, 1))
+    for k, diameter in enumerate(_DIAMETERS[:len(scales)]):
+        wanted = [sign for sign in signs if np.count_nonzero(scales[k][sign].correlation > CORRELATIONS[0]) >= MIN_DOTS]
+        if wanted:
+            found = {sign: merge([scale[sign] for scale in scales[max(k - 1, 0):k + 2]], OVERLAP * diameter) for sign in (-1, 1)}
+            for sign in wanted:
+                pattern = _pattern_of(found[sign], found[-sign], sign, channel)
+                if pattern is not None and (best is None or pattern.log_odds > best.log_odds):
+                    best = pattern
+    return best
+
+
+def _all_peaks(grey, signs) -> list[dict[int, Peaks]]:
+    """Discs of all diameters of the search, by sign."""
+    limit = max(MIN_CONTRAST, _MIN_CONTRAST_SIGMAS * _noise(grey))
+    return [find_peaks(grey, signs, size, limit) for size in _DIAMETERS[MIN_DOTS * _DIAMETERS < min(grey.shape)]]
+
+
+def merge(peaks: list[Peaks], apart: float) -> Peaks:
+    """All discs, of any two closer than apart, px, the one with the higher product of correlation and amplitude."""
+    every = Peaks(*(np.concatenate([getattr(part, field.name) for part in peaks]) for field in fields(Peaks)))
+    return every.take(without_doubles(every.uv, every.correlation * every.amplitude, apart))
+
+
+def without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
+    """(N,) bool: without the lower score (N,) of any two positions uv (N, 2) px closer than apart, px."""
+    first, second = Neighbours(uv).pairs_within(apart)
+    kept = np.ones(len(uv), bool)
+    kept[np.where(score[first] < score[second], first, second)] = False
+    return kept
+
+
+def _is_coloured(image) -> bool:
+    part = image[::8, ::8].astype(np.int16)
+    return bool(np.percentile(np.ptp(part, axis=2), 90) > 12)  # grey levels, over noise and white balance
+
+
+def _pattern_of(found: Peaks, opposite: Peaks, sign: int, channel: str) -> Pattern | None:
+    """The pattern of highest odds among discs of about one diameter, over contrasts; None with fewer than six discs."""
+    contrast, shape = np.log(found.contrast(sign)), np.searchsorted(CORRELATIONS, found.correlation)
+    own = own_odds(found.correlation, found.diameter)
+    against = np.log(opposite.contrast(sign)[opposite.correlation > CORRELATIONS[0]])
+    small = (found.diameter >= _SHAPED).astype(int)  # of these any disc counts, of larger ones such of some roundness
+    best = None
+    for level in np.unique(np.percentile(contrast[shape > 0], _LEVELS)) if shape.any() else ():
+        alike = np.abs(contrast - level) < np.log(2)
+        disc = np.flatnonzero(alike & (shape > 0))
+        others = np.count_nonzero((shape > small) & (np.abs(contrast - level + 2 * np.log(2)) < np.log(2))) + np.count_nonzero(
+            np.abs(against - level) < np.log(2))
+        log_odds = own[alike].sum() + _OTHER_ODDS * others
+        if len(disc) >= MIN_DOTS and (best is None or log_odds > best[0]):
+            best = log_odds, level, disc
+    if best is None:
+        return None
+    log_odds, level, disc = best
+    dots, odds, known = likely_dots(found.uv[disc], contrast[disc, None], own[disc])
+    log_odds, disc = log_odds - own[disc].sum() + odds, disc[dots]
+    regular = 0.0 if known is None else known.regular
+    if len(disc) < (MIN_DOTS if regular > 2 * _CHANCE else _MIN_IRREGULAR):
+        return None
+    return Pattern(sign, channel, float(np.median(found.diameter[disc])), float(np.exp(level)), float(log_odds), found.uv[disc], regular)
+
+
+def own_odds(correlation: np.ndarray, diameter: np.ndarray) -> np.ndarray:
+    """Decimal log odds (N,) of blobs of a pattern's sign and contrast by their correlation (N,) with a disc of a diameter (N,), px."""
+    shape = np.searchsorted(CORRELATIONS, correlation)
+    return np.where(shape > 0, _OWN_ODDS, 0) + np.where((diameter < _SHAPED) & (shape > 0), 0.0, np.take(_SHAPE_ODDS, shape))
+
+
+@dataclass(frozen=True)
+class KnownDots:
+    """Dots of the image in which the appearance was measured. uv: (N, 2) px; logarithms: (N, k), of contrasts and diameters; sigma: (k,),
+    their standard deviations about those of neighbours; regular: share of a dot's neighbours that make an equally spaced line with it and a
+    third dot."""
+
+    uv: np.ndarray
+    logarithms: np.ndarray
+    sigma: np.ndarray
+    regular: float
+
+
+def likely_dots(uv: np.ndarray, logarithms: np.ndarray, own: np.ndarray,
+                known: KnownDots | None = None) -> tuple[np.ndarray, float, KnownDots | None]:
+    """Which discs are likelier to be dots of a pattern than blobs of any image, by their own log odds (N,), decimal, and by those near.
+
+    uv, logarithms: of the discs, see KnownDots; known: what contrasts, diameters and regularity are compared with, None: with one another.
+    Returns (N,) bool, the sum of the log odds, and the dots, None for too few.
+    """
+    some, good, here = np.arange(len(uv)), np.zeros(1, bool), known
+    while not good.all():
+        if len(some) < MIN_DOTS:
+            return np.zeros(len(uv), bool), _OTHER_ODDS * len(uv), None
+        in_line, away = _in_line(uv[some]), _deviations(uv[some], logarithms[some], known)
+        here = known or KnownDots(uv[some], logarithms[some], np.maximum(robust_sigma(away, axis=0), _SIGMA), float(in_line.mean()))
+        share = np.clip(here.regular, _CHANCE, _MAX_REGULAR)
+        square = (away / here.sigma)**2 / 2
+        alike = (1 - _ODD) * np.exp(-square) + _ODD / _ODD_SIGMAS * np.exp(-square / _ODD_SIGMAS**2)
+        alike = np.maximum(_RANGE / (np.sqrt(2 * np.pi) * here.sigma) * alike, 1e-9)
+        spacing = np.where(in_line, np.log10(share / _CHANCE), np.log10((1 - share) / (1 - _CHANCE)))
+        odds = own[some] + np.log10(alike).sum(axis=1) + spacing.sum(axis=1)
+        good = odds > _OTHER_ODDS
+        some = some[good]
+    kept = np.zeros(len(uv), bool)
+    kept[some] = True
+    return kept, float(odds.sum()) + _OTHER_ODDS * np.count_nonzero(~kept), here
+
+
+def _deviations(uv: np.ndarray, logarithms: np.ndarray, known: KnownDots | None) -> np.ndarray:
+    """Logarithms (N, k) above the median of those of the known dots near, or of one another."""
+    others, first = (logarithms, 1) if known is None else (known.logarithms, 0)
+    tree = Neighbours(uv if known is None else known.uv)
+    return logarithms - np.median(others[tree.query(uv, min(2 * _NEIGHBOURS + first, len(others)))[1][:, first:]], axis=1)
+
+
+def _in_line(uv: np.ndarray) -> np.ndarray:
+    """(N, n) bool: whether a dot and one of its neighbours make an equally spaced line with a third dot, on the dot's other side or beyond
+    the neighbour."""
+    tree = Neighbours(uv)
+    distance, near = (part[:, 1:] for part in tree.query(uv, min(_NEIGHBOURS, len(uv) - 1) + 1))
+    third = np.stack([2 * uv[:, None] - uv[near], 2 * uv[near] - uv[:, None]])
+    return (tree.query(third.reshape(-1, 2))[0].reshape(2, *near.shape) < _IN_LINE * distance).any(axis=0)
+
+
+def find_peaks(grey: np.ndarray, signs: tuple[int, ...], diameter: float, limit: float = MIN_CONTRAST) -> dict[int, Peaks]:
+    """Discs of this diameter, px, and a contrast over limit, grey levels, in an image (H, W) uint8, by sign."""
+    small, scale, across = reduced(grey, diameter)
+    inner, outer = (cv2.GaussianBlur(small, (0, 0), s * across, borderType=cv2.BORDER_REFLECT) for s in (0.28, 0.5))
+    relief = inner - outer
+    reach = max(1, int(0.4 * across))
+    margin, found = int(np.ceil(across / 2)), {}
+    square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    for sign in signs:
+        rise = relief if sign > 0 else -relief
+        is_peak = (rise >= np.maximum(cv2.dilate(rise, square), limit / 4))[margin:-margin, margin:-margin]
+        row, column = np.divmod(np.flatnonzero(is_peak), is_peak.shape[1])
+        row, column = row + margin, column + margin
+        if len(row) > _MAX_PEAKS:
+            kept = np.argpartition(-rise[row, column], _MAX_PEAKS)[:_MAX_PEAKS]
+            row, column = row[kept], column[kept]
+        correlation, amplitude, ground = _correlate_patches(small, sign, column, row, across)
+        good = (correlation > CORRELATIONS[0] / 2) & (amplitude > limit)
+        uv = (np.stack([column, row], axis=1)[good] + 0.5) / scale - 0.5
+        found[sign] = Peaks(uv, *(values[good].astype(float) for values in (correlation, amplitude, ground)), np.full(len(uv), diameter))
+    return found
+
+
+def discs_at(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: np.ndarray | float) -> Peaks:
+    """Discs of these diameters (N,), px, or of one, in an image (H, W) uint8, at uv (N, 2) px, whatever is there."""
+    diameter, seen = np.broadcast_to(diameter, len(uv)), np.zeros((3, len(uv)))
+    small, scale, across = reduced(grey, float(np.median(diameter)) if len(uv) else _ACROSS)
+    column, row = np.clip(np.rint((uv + 0.5) * scale - 0.5).astype(int), 0, np.array(small.shape[::-1]) - 1).T
+    half_octave = np.rint(2 * np.log2(diameter * scale.mean() / across))
+    for each in np.unique(half_octave):
+        some = half_octave == each
+        seen[:, some] = _correlate_patches(small, sign, column[some], row[some], across * 2**(each / 2))
+    return Peaks(uv, *seen, diameter)
+
+
+def reduced(grey, diameter):
+    """The image, float32, reduced as far as discs of this diameter allow; its scale (2,), and their diameter in it."""
+    step = max(int(diameter / _ACROSS), 1)  # first by a whole number, which is fast
+    grey = shrink(grey, step)
+    full = np.array(grey.shape[::-1])
+    size = np.rint(full * min(1.0, _ACROSS * step / diameter)).astype(int)
+    small = grey if (size == full).all() else cv2.resize(grey, size.tolist(), interpolation=cv2.INTER_AREA)
+    scale = size / full / step
+    return small.astype(np.float32), scale, diameter * float(scale.mean())
+
+
+@lru_cache(maxsize=64)
+def _template(across: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n, n) float32 share of each pixel inside a disc, px across, and inside disc and ring."""
+    half, fine = int(np.ceil(RING * across / 2 + 0.5)), 8
+    at = (np.arange((2 * half + 1) * fine) + 0.5) / fine - half - 0.5
+    away = np.hypot(at[:, None], at)
+    blocks = 2 * half + 1, fine, 2 * half + 1, fine
+    return tuple((away < radius).reshape(blocks).mean(axis=(1, 3)).astype(np.float32) for radius in (across / 2, RING * across / 2))
+
+
+def _patches(image, column, row, shape) -> np.ndarray:
+    """(N, pixels) of that odd shape around pixels of an image (H, W) float32."""
+    half = shape[0] // 2
+    padded = cv2.copyMakeBorder(image, half, half, half, half, cv2.BORDER_REFLECT)
+    return np.lib.stride_tricks.sliding_window_view(padded, shape)[row, column].reshape(len(row), shape[0] * shape[1])
+
+
+def _correlate_patches(image, sign: int, column: np.ndarray, row: np.ndarray, across: float) -> tuple[np.ndarray, ...]:
+    """Normalised correlation, amplitude and ground (N,) of a disc, px across, on a ring, at pixels of an image (H, W) float32."""
+    disc, both = _template(round(across, 2))
+    patches = _patches(image, column, row, disc.shape)
+    contrast, weight = (disc - both * (disc.sum() / both.sum())).ravel(), both.ravel()
+    product, norm = patches @ contrast, float((contrast**2).sum())
+    mean = patches @ weight / weight.sum()
+    variance = np.maximum((patches - mean[:, None])**2 @ weight, 0) + weight.sum() * _NOISE**2
+    return sign * product / np.sqrt(variance * norm), sign * product / norm, mean - product / norm * (disc.sum() / both.sum())
+
+
+def measure_appearance(image: np.ndarray, sign: int) -> Appearance:
+    """The appearance of an image's dots; image: (H, W) or (H, W, 3) uint8; sign: 1 for bright dots, -1 for dark ones. Raises BadFrame."""
+    return describe_dots(image, find_pattern(image, (sign,)))
+
+
+def describe_dots(image: np.ndarray, pattern: Pattern, worn: bool = True) -> Appearance:
+    """The appearance of the dots of a pattern in an image: diameters, positions, contrasts and grounds of some are fitted by Gauss-Newton
+    steps, the blur to all alike. Raises BadFrame where these are no discs; worn: whether most may be worn."""
+    grey, step = select_channel(image, pattern.channel), int(np.ceil(pattern.diameter / LARGEST_FITTED))
+    noise, grey = _noise(grey) / step, shrink(grey, step)
+    typical, uv = pattern.diameter / step, (pattern.uv + 0.5) / step - 0.5
+    half = int(np.ceil(0.75 * typical + 2.5))
+    middle = np.rint(uv).astype(int)
+    inside = ((middle >= half) & (middle < np.array(grey.shape[::-1]) - half)).all(axis=1)
+    chosen = np.flatnonzero(inside)
+    chosen = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), _SAMPLE)).astype(int)]
+    if len(chosen) < MIN_DOTS:
+        raise BadFrame(f'too few dots: {pattern}, of which {len(chosen)} are whole; check that the camera sees the sensor')
+    middle, start = middle[chosen], (uv - middle)[chosen]
+    y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
+    pixels = grey[middle[:, 1, None] + y, middle[:, 0, None] + x].astype(float)
+    place, blur, diameter = start, _BLUR, np.full(len(chosen), typical)
+    for _ in range(_STEPS):
+        solved, residual = _step(pixels, x - place[:, :1], y - place[:, 1:], diameter, blur)
+        contrast, change = solved[:, 0], solved[:, 1:5] / np.where(solved[:, :1] == 0, np.inf, solved[:, :1])
+        good = (contrast * pattern.sign > MIN_CONTRAST) & (residual < 2 * np.median(residual))
+        if good.sum() < MIN_DOTS:
+            raise BadFrame(f'no dots: {pattern}, which are not discs; check light, focus and the parameter polarity')
+        place = np.clip(place + change[:, :2], start - typical / 2, start + typical / 2)
+        diameter = np.clip(diameter + change[:, 2], 0.4 * typical, 1.8 * typical)
+        blur = max(blur + float(np.median(change[good, 3])), _MIN_BLUR)
+    if not worn and np.mean(residual < _MAX_RESIDUAL) < MIN_DISCS:
+        raise BadFrame(f'no dots: {pattern}, of which most are not discs; set detection to auto')
+    low, typical, high = (float(size) for size in np.percentile(diameter[good], [2, 50, 98]))
+    if typical < _MIN_FITTED:
+        raise BadFrame(f'the dots of {typical * step:.1f} px in the frame are too small to be fitted: bring the camera nearer')
+    return Appearance(pattern.channel, step, max(0.8 * low, 0.9 * _MIN_FITTED), typical, 1.15 * high, blur,
+                      float(np.median(contrast[good])), float(np.clip(np.median(solved[good, 5]), 0, 255)), noise)
+
+
+def _step(pixels, x, y, diameter, blur) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 6) contrast, contrast times changes of u, v, diameter and blur, px, and ground, by least squares; and root mean squares (N,) of
+    the rest over the contrast. pixels, x, y: (N, P), at px from the discs' centres."""
+    node = np.maximum(np.rint(diameter * _NODES) / _NODES, 1.0)
+    rows = np.ones((len(x), 6, x.shape[1]))
+    for size in np.unique(node):
+        one = node == size
+        rows[one, :5] = disc_modes(x[one], y[one], size, blur)[:5].swapaxes(0, 1)
+    window = np.clip(diameter[:, None] / 2 + 3 - np.hypot(x, y), 0, 1)
+    weighted = rows * window[:, None]
+    matrix = weighted @ rows.swapaxes(1, 2) * (1 + np.diag([0, 0, 0, _DAMPING, _DAMPING, 0])) + 1e-6 * np.eye(6)
+    solved = np.linalg.solve(matrix, weighted @ pixels[..., None])[..., 0]
+    rest = ((pixels - (solved[:, None] @ rows)[:, 0])**2 * window).sum(axis=1) / window.sum(axis=1)
+    solved[:, 3] += solved[:, 0] * (node - diameter)  # relative to the diameter before
+    return solved, np.sqrt(rest) / np.maximum(np.abs(solved[:, 0]), 1e-3)
+
+
+def _noise(grey):
+    """Standard deviation of pixel noise, grey levels, from the median absolute second difference; at least that of rounding."""
+    rows = grey[:len(grey) // 6 * 6].reshape(-1, 6, grey.shape[1])[:, :3].astype(np.int16)  # three of six tell as much
+    second = np.diff(rows[:, 0] - 2 * rows[:, 1] + rows[:, 2], 2)
+    return max(float(np.median(np.abs(second))) / (0.6745 * 6), 0.3)

@@ -1,0 +1,98 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Positions, axes and neighbours of taxels on flat and curved patches."""
+from __future__ import annotations
+
+import numpy as np
+
+from tactile_driver.force_taxels import tangents
+
+from ..common.surface_points import scattered_normals
+from ..core.errors import BadFrame
+
+_NEAR = 1.6  # pitches within which taxels are neighbours: across the diagonal of a square, too
+_SAME_SIDE = 0.3  # cosine between the normals of neighbours: those of a patch, not of two sides of a finger
+_ALONE = 0.005  # m, pitch of a single taxel: as on the hands that bear them
+_UPWARDS = np.array([0.0, 0.0, 1.0])
+
+
+class Taxels:
+    """Geometry of a sensor.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (N, 3)
+        In m, sensor frame.
+    normals : ndarray, shape (N, 3), or None
+        Unit normals out of the sensor; None to estimate them from the positions.
+
+    Attributes
+    ----------
+    axes : ndarray, shape (N, 3, 3)
+        Rows: two tangents and the inward normal, so that the third component of a force in these axes is the pressing force.
+    effect : ndarray, shape (3 N, 6)
+        What each component of each taxel's force adds to the wrench at the origin.
+    pitch : float
+        Median distance to the nearest taxel, in m.
+    neighbours : ndarray of int, shape (N, K)
+        Of each taxel, filled up with itself.
+
+    Raises
+    ------
+    BadFrame
+        If two taxels are at the same position.
+    """
+
+    def __init__(self, positions: np.ndarray, normals: np.ndarray | None = None):
+        self.given = positions, normals
+        if normals is None:
+            normals = scattered_normals(positions)
+            normals = np.where(np.isfinite(normals), normals, _UPWARDS)
+        self.positions, self.normals = positions, normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        self.axes = np.stack([*tangents(self.normals), -self.normals], axis=1)
+        self.effect = np.concatenate([self.axes, np.cross(positions[:, None], self.axes)], axis=2).reshape(-1, 6)
+        away = np.linalg.norm(positions[:, None] - positions[None], axis=2)
+        np.fill_diagonal(away, np.inf)
+        if len(positions) > 1 and not away.min() > 0:
+            raise BadFrame('taxels: two taxels have the same position')
+        self.pitch = float(np.median(away.min(axis=1))) if len(positions) > 1 else _ALONE
+        near = (away < _NEAR * self.pitch) & (self.normals @ self.normals.T > _SAME_SIDE)
+        order = np.argsort(~near, axis=1, kind='stable')[:, :max(int(near.sum(axis=1).max()), 1)]
+        self.neighbours = np.where(np.take_along_axis(near, order, axis=1), order, np.arange(len(positions))[:, None])
+
+    def fits(self, positions: np.ndarray, normals: np.ndarray | None) -> bool:
+        """Whether this is the geometry of such positions and normals."""
+        return np.array_equal(positions, self.given[0]) and (
+            normals is self.given[1] or normals is not None and self.given[1] is not None and np.array_equal(normals, self.given[1]))
+
+    def local(self, vectors: np.ndarray) -> np.ndarray:
+        """Components (N, 3) along two tangents and the inward normal of vectors (N, 3) in the sensor frame."""
+        return np.matmul(self.axes, vectors[:, :, None])[:, :, 0]
+
+    def world(self, components: np.ndarray) -> np.ndarray:
+        """Vectors (N, 3) in the sensor frame of such components."""
+        return np.matmul(components[:, None, :], self.axes)[:, 0]
+
+    def beside(self, mask: np.ndarray) -> np.ndarray:
+        """Taxels (N,) with a neighbour in a mask, to which an elastomer carries force, and those in it."""
+        return mask[self.neighbours].any(axis=1) | mask
+
+    def filled(self, components: np.ndarray, alive: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Components (N, 3) in which dead taxels have the mean of their neighbours that are alive, and the indices of the dead ones."""
+        dead = np.flatnonzero(~alive)
+        if len(dead):
+            components = components.copy()
+        for k in dead:
+            around = [j for j in self.neighbours[k] if alive[j]]
+            components[k] = components[around].mean(axis=0) if around else 0.0
+        return components, dead
+
+    def groups(self, mask: np.ndarray) -> np.ndarray:
+        """Labels (N,) of the connected parts of a mask: the number of a taxel of the part plus 1; 0 outside."""
+        label = np.where(mask, np.arange(1, len(mask) + 1), 0)
+        while True:
+            spread = np.where(mask, label[self.neighbours].max(axis=1, initial=0), 0)
+            spread = np.maximum(spread, label)
+            if np.array_equal(spread, label):
+                return label
+            label = spread

@@ -1,0 +1,67 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the change of colour to the slope of the skin: a polynomial in the three colours, whose coefficients vary over the image."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+#: Powers of blue, green and red, up to the third order: light that falls at an angle changes by its cosine, and shadows saturate.
+_POWERS = [tuple(one.count(channel) for channel in range(3)) for order in (1, 2, 3)
+           for one in combinations_with_replacement(range(3), order)]
+#: Coefficients vary linearly with the two image coordinates, and those of the first order with their squares and product, too: the light
+#: of near lamps is not even.
+_LINEAR, _SQUARED = 3, 3
+FEATURES = _LINEAR * len(_POWERS) + _SQUARED * 3
+_RIDGE = 3e-5  # prior: variance of the noise over that of a coefficient, of features around 1. Ten times more: three times the errors
+
+
+def features(change: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """(N, FEATURES) float32 of changes (N, 3) of colour at image positions (N, 2), which are -1 to 1 across the width."""
+    blue, green, red = change.T
+    powers = {channel: (None, values, values * values, values * values * values) for channel, values in enumerate((blue, green, red))}
+    colour = np.empty((len(_POWERS), len(change)), np.float32)
+    for row, orders in zip(colour, _POWERS):
+        row[:] = 1.0
+        for channel, order in enumerate(orders):
+            if order:
+                row *= powers[channel][order]
+    x, y = position.T
+    return np.concatenate([colour, colour * x, colour * y, *(colour[:3] * part for part in (x * x, x * y, y * y))]).T
+
+
+def image_positions(shape: tuple[int, int]) -> np.ndarray:
+    """(H, W, 2) float32 positions of the pixels, from the middle, in half widths."""
+    rows, columns = shape
+    y, x = np.mgrid[:rows, :columns].astype(np.float32)
+    return np.stack([x - (columns - 1) / 2, y - (rows - 1) / 2], axis=-1) / (columns / 2)
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """Sums over pixels of a linear regression: they add up over presses, and a press can be left out of them.
+
+    matrix: (FEATURES, FEATURES); right: (FEATURES, 2); count: pixels.
+    """
+
+    matrix: np.ndarray
+    right: np.ndarray
+    count: int
+
+    @classmethod
+    def of(cls, seen: np.ndarray, slope: np.ndarray) -> NormalEquations:
+        """Of features (N, FEATURES) and true slopes (N, 2)."""
+        seen = seen.astype(float)
+        return cls(seen.T @ seen, seen.T @ slope, len(seen))
+
+    def __add__(self, other: NormalEquations) -> NormalEquations:
+        return NormalEquations(self.matrix + other.matrix, self.right + other.right, self.count + other.count)
+
+    def __sub__(self, other: NormalEquations) -> NormalEquations:
+        return NormalEquations(self.matrix - other.matrix, self.right - other.right, self.count - other.count)
+
+    def solve(self) -> np.ndarray:
+        """(FEATURES, 2) coefficients of the most probable polynomial."""
+        return np.linalg.solve(self.matrix + _RIDGE * self.count * np.eye(len(self.matrix)), self.right)

@@ -1,0 +1,122 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The calibrated model of a photometric gel: change of colour in, depth of the skin out."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ..core.calibration_file import AGAIN, fitted_arrays
+from ..core.errors import BadCalibration
+from .colour import FEATURES, features, image_positions
+from .surface import Integrator, bend, fill_hidden
+
+#: px of a working image: changes are averaged over a square of this side before they are judged; a fifth of the smallest contact.
+_WINDOW = 9
+#: Squared distance, in standard deviations of the averaged change, beyond which the skin has a slope: chi-squared of three colours, one
+#: false pixel in a million.
+_CHANGED = 30.7
+_SPECKLE = 5  # px, side of the square in which the most of the pixels decide about contact: half of a window
+#: Of the bend that the skin beside an object has in the mean: a skin that bends back by less lies on an object. A flat object has none.
+_FREE = 0.15
+#: Standard deviations of the depth of an untouched skin from which on a skin is dented.
+SIGNIFICANT = 3.0
+_FITTED = {'coefficients': (FEATURES, 2), 'noise': (3, 3), 'background': (None, None, 3), 'depth_sigma': (),
+           'slope_error': (), 'position_sigma': (), 'skirt': ()}
+
+
+def averaged(change: np.ndarray) -> np.ndarray:
+    """Changes (H, W, 3), averaged over the window in which they are judged."""
+    return cv2.blur(change, (_WINDOW, _WINDOW))
+
+
+@dataclass(frozen=True)
+class DepthModel:
+    """What calibrate fits.
+
+    coefficients: (FEATURES, 2), of the slope; noise: (3, 3), covariance of the averaged change of an untouched skin; background: (h, w, 3),
+    the untouched gel, small; depth_sigma: standard deviation of the depth of an untouched skin, in widths of the image; slope_error: that
+    of a depth, relative to it; position_sigma: that of a contact's position, one coordinate, in widths of the image; skirt: length, in
+    widths of the image, whose square is the depth of the skin beside an object over its bend.
+    """
+
+    coefficients: np.ndarray
+    noise: np.ndarray
+    background: np.ndarray
+    depth_sigma: float
+    slope_error: float
+    position_sigma: float
+    skirt: float
+
+    @classmethod
+    def from_dict(cls, fitted: Mapping, path: str) -> DepthModel:
+        """Of the fitted values of a calibration file. Raises BadCalibration for values that make no model."""
+        found = fitted_arrays(fitted, _FITTED, path)
+        eigenvalues = np.linalg.eigvalsh(found['noise'])
+        sigmas = [found[name] for name in ('depth_sigma', 'slope_error', 'position_sigma', 'skirt')]
+        if not (eigenvalues > 0).all() or not min(sigmas) > 0:
+            raise BadCalibration(f'{path}: standard deviations, noise and skirt must be above 0; {AGAIN}')
+        return cls(**found)
+
+    def is_changed(self, change: np.ndarray) -> np.ndarray:
+        """(H, W) bool: where changes (H, W, 3) of colour are more than the noise of an untouched skin."""
+        white = averaged(change) @ np.linalg.inv(np.linalg.cholesky(self.noise)).T.astype(np.float32)
+        return np.einsum('hwc,hwc->hw', white, white) > _CHANGED
+
+
+class Reconstruction:
+    """Depth of images of one shape (rows, columns) by a DepthModel."""
+
+    def __init__(self, model: DepthModel, shape: tuple[int, int]):
+        self._model, self._integrator, self._position = model, Integrator(shape), image_positions(shape)
+        self._coefficients = model.coefficients.astype(np.float32)
+
+    def process(self, change: np.ndarray, hidden: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Depth (H, W) in px, 0 where the skin is untouched, its slope (H, W, 2), and where the skin has a slope at all (H, W) bool.
+
+        Parameters
+        ----------
+        change : ndarray, shape (H, W, 3)
+            Relative change of the colours.
+        hidden : ndarray of bool, shape (H, W)
+            Pixels that show no skin.
+        """
+        changed = self._model.is_changed(np.where(hidden[..., None], 0, change) if hidden.any() else change)
+        slope = np.zeros((*changed.shape, 2), np.float32)
+        if not changed.any():
+            return slope[..., 0], slope, changed
+        seen = changed & ~hidden
+        slope[seen] = features(change[seen], self._position[seen]) @ self._coefficients
+        slope = fill_hidden(slope, hidden & changed)
+        depth = self._integrator.depth(slope)
+        untouched = ~changed
+        return depth - np.float32(np.median(depth[untouched] if untouched.any() else depth)), slope, changed
+
+    def touching(self, depth: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """(H, W) bool: where the skin lies on an object. It is dented by more than the noise, and than the error of the dent that it is in,
+        and does not bend back to flat."""
+        width, model = depth.shape[1], self._model
+        dented = depth > SIGNIFICANT * model.depth_sigma * width
+        if not dented.any():
+            return dented
+        left, top, columns, rows = cv2.boundingRect(dented.astype(np.uint8))
+        near = tuple(slice(max(first - _SPECKLE, 0), first + size + _SPECKLE) for first, size in ((top, rows), (left, columns)))
+        count, dents = cv2.connectedComponents(dented[near].astype(np.uint8))
+        deepest = np.zeros(count, np.float32)
+        np.maximum.at(deepest, dents[dents > 0], depth[near][dents > 0])
+        lies = (depth[near] > SIGNIFICANT * model.slope_error * deepest[dents]) & (
+            bend(slope[near]) < _FREE / (model.skirt * width)**2 * depth[near])
+        found = np.zeros(depth.shape, bool)
+        found[near] = cv2.medianBlur((lies & dented[near]).astype(np.uint8), _SPECKLE) > 0
+        return found
+
+
+def deeper_half(depth: np.ndarray, mask: np.ndarray) -> tuple[float, np.ndarray]:
+    """Depth of the deepest point of a mask, and column and row of the centre of what is deeper than half of that."""
+    deepest = float(cv2.blur(depth, (3, 3))[mask].max())
+    row, column = np.nonzero(mask & (depth > 0.5 * deepest))
+    weight = depth[row, column].astype(float) - 0.5 * deepest
+    return deepest, np.array([column @ weight, row @ weight]) / weight.sum()

@@ -1,0 +1,193 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A gel without markers, calibrated with a ball as a user does, against the depths of a simulated one, which another ball or a ring
+presses."""
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.recordings.writer import write_messages
+from tactile_driver.simulation.sensors.photometric_gel import SCALE
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_perception.core.errors import BadCalibration, BadFrame
+from tactile_perception.core.parameter_files import read_parameters
+from tactile_perception.photometric.calibration import BallFit, Press
+from tactile_perception.photometric.circles import CircleSearch
+from tactile_perception.photometric.observation import Background, to_working_size
+from tactile_perception.photometric.parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS
+from tactile_perception.photometric.stage import PhotometricStage
+from tactile_perception.photometric.surface import Integrator
+from tactile_perception.photometric.tools import calibrate_balls
+
+RATE, SEED = 10.0, 5
+
+
+def messages_of(name):
+    scene = open_scene(name, RATE, SEED)
+    for number in range(scene.frames):
+        seen, stamp = scene.render(number / RATE), round((1 + number / RATE) * 1e9)
+        yield stamp, 'image_raw', image_to_message(Frame(seen.image, stamp, 'bgr8'), '', header_of(stamp, 'gel')), seen.truth
+
+
+@pytest.fixture(scope='module', params=['', '_dots'])
+def specimen(request, tmp_path_factory):
+    """Values of the parameters of a calibrated gel, without dots and with; the report of calibrate; its scenes."""
+    folder = tmp_path_factory.mktemp('photometric')
+    params, bag, output = folder / 'gel.yaml', folder / 'presses', folder / 'calibration.yaml'
+    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {'sensor_type': 'photometric_gel', 'gel.scale': SCALE}}}))
+    write_messages(bag, '/gel', (frame[:3] for frame in messages_of(f'photometric{request.param}_calib')))
+    report = calibrate_balls([bag], params, output, sphere_radius=0.0025)
+    values = read_parameters(params, PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS) | {'calibration': str(output)}
+    return values, report, folder, 'photometric_dots' if request.param else 'photometric_demo'
+
+
+def played(values, name):
+    """(result, truth) of each frame of a scene."""
+    stage = PhotometricStage(values)
+    stage.use_frame('gel')
+    return [(stage.process(message), truth) for _, _, message, truth in messages_of(name)]
+
+
+def test_a_ball_of_another_radius_is_one_contact_at_its_position_and_depth(specimen):
+    values, _, _, scene = specimen
+    errors, depths, sigmas, areas, deep = [], [], [], [], 0
+    for found, truth in played(values, scene):
+        contacts = found['contacts'][0].contacts
+        if truth.contacts and truth.contacts[0].depth > 1e-4:
+            deep += 1
+            assert len(contacts) == 1
+            position, true = contacts[0].position, truth.contacts[0]
+            errors.append(np.hypot(position.x - true.position[0], position.y - true.position[1]))
+            depths.append(contacts[0].depth - true.depth)
+            sigmas.append(np.sqrt(contacts[0].position_covariance[8]))
+            areas.append(found['contact_region'][0].area / truth.area)
+        elif not truth.contacts:
+            assert not contacts
+    assert deep >= 9
+    assert np.median(errors) < 0.1e-3
+    assert np.sqrt(np.mean(np.square(depths))) < 0.05e-3
+    assert 0.02 < np.mean(np.square(np.array(depths) / sigmas)) < 2.5  # three presses near the middle; all over the gel: the benchmark
+    assert 0.75 < min(areas) and max(areas) < 1.25
+
+
+def test_the_region_of_a_flat_rod_is_its_end_and_not_the_skin_beside_it(specimen):
+    values, _, _, scene = specimen
+    areas = [found['contact_region'][0].area / truth.area for found, truth in played(values, 'photometric_stamp') if
+             truth.contacts and truth.contacts[0].depth > 3e-4]
+    assert len(areas) > 5 and 0.75 < np.median(areas) < 1.3
+
+
+def test_a_circle_that_is_on_no_ball_is_left_out_of_the_fit():
+    scene = open_scene('photometric_calib', RATE, SEED)
+    shots = [scene.render(number / RATE) for number in range(scene.frames)]
+    background = Background(to_working_size(shots[0].image))
+    search, presses = CircleSearch(background.shape), []
+    for shot in shots:
+        if shot.truth.contacts and shot.truth.contacts[0].depth > 5e-4:
+            working = to_working_size(shot.image)
+            change, hidden = background.change(working), background.hidden(working)
+            presses.append(Press(f'press {len(presses)}', working, change, hidden, search.find(change, hidden)))
+    circle = presses[4].circle
+    presses[4] = presses[4]._replace(circle=circle._replace(x=(circle.x + 160) % 320))
+    fit = BallFit(presses, 0.0025 / (SCALE * 2))
+    assert len(fit.left_out) == 1 and fit.left_out[0].startswith('press 4: ') and len(fit.presses) == len(presses) - 1
+
+
+def test_a_ring_has_a_hole(specimen):
+    values, _, _, scene = specimen
+    regions = [found['contact_region'][0] for found, truth in played(values, 'photometric_ring') if
+               truth.contacts and 3e-4 < truth.contacts[0].depth < 5e-4]  # deeper ones are steeper than the ball of the calibration
+    assert regions and all(len(region.outlines) == 1 for region in regions)
+    assert np.mean([bool(region.holes) for region in regions]) > 0.5
+
+
+def test_what_calibrate_reports(specimen):
+    _, report, folder, _ = specimen
+    assert report.startswith('20 presses of a ball of 2.5 mm radius')
+    fitted = yaml.safe_load((folder / 'calibration.yaml').read_text())
+    assert fitted['residuals']['depth_rms_mm'] < 0.05 and fitted['residuals']['position_rms_mm'] < 0.15
+    assert cv2.imread(str(folder / 'calibration_circles.png')) is not None
+
+
+def test_an_untouched_gel_has_no_contact_and_the_surface_is_flat(specimen):
+    values, _, _, scene = specimen
+    frames = played(values, scene)
+    for found, truth in frames:
+        if not truth.contacts:
+            assert not found['contacts'][0].contacts and found['contact_region'][0].area == 0.0
+
+
+def test_the_same_image_gives_zero(specimen):
+    values, _, _, scene = specimen
+    stage, (_, _, message, _) = PhotometricStage(values), next(messages_of(scene))
+    for number in range(1, 13):
+        message.header.stamp.sec = number
+        found = stage.process(message)
+        assert not found['contacts'][0].contacts
+        points = np.frombuffer(bytes(found['points'][0].data), np.float32).reshape(-1, 14)
+        assert np.abs(points[:, 2]).max() == 0.0
+
+
+def test_another_light_than_that_of_the_calibration_is_said(specimen):
+    values, _, _, scene = specimen
+    stage = PhotometricStage(values)
+    _, _, message, _ = next(messages_of(scene))
+    stage.process(message)
+    assert stage.health()[0] == ''
+    stage = PhotometricStage(values)
+    pixels = np.frombuffer(bytes(message.data), np.uint8).reshape(480, 640, 3).copy()
+    pixels[..., 0] //= 2
+    stage.process(image_to_message(Frame(pixels, 1, 'bgr8'), '', message.header))
+    assert 'differs' in stage.health()[0] and 'calibrate again' in stage.health()[0]
+
+
+def test_without_a_calibration_nothing_is_estimated_and_the_user_is_told(specimen):
+    values, _, _, scene = specimen
+    stage = PhotometricStage(values | {'calibration': ''})
+    assert stage.process(next(messages_of(scene))[2]) == {}
+    assert 'press a ball' in stage.health()[0]
+
+
+def test_a_grey_image_is_refused(specimen):
+    values, _, _, _ = specimen
+    with pytest.raises(BadFrame, match='grey'):
+        PhotometricStage(values).process(image_to_message(Frame(np.zeros((480, 640), np.uint8), 1, 'mono8'), '', header_of(10**9, 'gel')))
+
+
+def test_a_calibration_needs_a_radius_and_presses(specimen, tmp_path):
+    _, _, folder, _ = specimen
+    with pytest.raises(BadCalibration, match='--sphere-radius'):
+        calibrate_balls([folder / 'presses'], folder / 'gel.yaml', tmp_path / 'c.yaml')
+    bag = tmp_path / 'untouched'
+    first = [one for one in messages_of('photometric_demo') if not one[3].contacts][:15]
+    write_messages(bag, '/gel', (frame[:3] for frame in first))
+    with pytest.raises(BadCalibration, match='0 presses'):
+        calibrate_balls([bag], folder / 'gel.yaml', tmp_path / 'c.yaml', sphere_radius=0.0025)
+
+
+def test_slopes_of_a_known_surface_integrate_to_it():
+    y, x = np.mgrid[:90, :120]
+    surface = 3.0 * np.exp(-((x - 40)**2 + (y - 50)**2) / 200.0)
+    slope = np.dstack([np.gradient(surface, axis=1), np.gradient(surface, axis=0)]).astype(np.float32)
+    found = Integrator(surface.shape).depth(slope)
+    assert np.abs(found - found.min() - surface).max() < 0.05
+
+
+@pytest.mark.parametrize('centre, radius', [((60.0, 80.0), 20.0), ((200.0, 150.0), 45.0)])
+def test_the_circle_of_a_ball_is_found(centre, radius):
+    y, x = np.mgrid[:240, :320].astype(np.float32)
+    inside = np.hypot(x - centre[0], y - centre[1]) < radius
+    change = np.zeros((240, 320, 3), np.float32)
+    change[inside] = (np.stack([x - centre[0], y - centre[1], -(x - centre[0])], axis=-1) / radius)[inside]
+    change += np.random.default_rng(1).normal(0, 0.1, change.shape).astype(np.float32)
+    found = CircleSearch((240, 320)).find(change, np.zeros((240, 320), bool))
+    assert np.hypot(found.x - centre[0], found.y - centre[1]) < 2.0 and abs(found.radius / radius - 1) < 0.1
+
+
+def test_printed_dots_are_hidden_and_a_plain_gel_has_none():
+    plain, dotted = (Background(to_working_size(open_scene(name, RATE, SEED).render(0.0).image))
+                     for name in ('photometric_demo', 'photometric_dots'))
+    assert not plain.ink.any() and 0.02 < dotted.ink.mean() < 0.3

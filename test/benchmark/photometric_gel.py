@@ -1,0 +1,155 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Depth, its stated error, contact area and time of a photometric gel, on simulated specimens that are calibrated as a user does.
+
+    python3 test/benchmark/photometric_gel.py [GELS]
+    python3 test/benchmark/photometric_gel.py --images FOLDER 'sample_*.jpg' ref.jpg --ball 3.8 --scale 0.10577
+
+The second reads real images of a ball: the gel is calibrated with every other one, and the others show the errors. The corners are
+those of a rectangle that fills the image after an oblique view is corrected. The figures of docs/photometric_gel.md are of two public
+repositories: siyuandong16/gelsight_heightmap_reconstruction (illumination_calib/Dots1, as above) and wyh5625/gelsight (data/calibration2,
+'cal-*.jpg' bg-0.jpg --ball 1.98 --scale 0.1 --corners 33 58 208 61 56 250 185 244).
+"""
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from tactile_driver.simulation.sensors.photometric_gel import SCALE, PhotometricScene, PressScript
+from tactile_perception.photometric.calibration import BallFit, Press
+from tactile_perception.photometric.circles import CircleSearch
+from tactile_perception.photometric.estimator import PhotometricEstimator
+from tactile_perception.photometric.model import DepthModel, Reconstruction
+from tactile_perception.photometric.observation import Background, to_working_size
+
+RATE, CALIBRATED_WITH, PRESSES = 10.0, 2.5e-3, 20
+RADII = {'ball of 2 mm': 0.002, 'ball of 3.5 mm': 0.0035, 'ball of 5 mm': 0.005}
+
+
+def scene_of(radius: float, seed: int, dots: bool, count: int) -> PhotometricScene:
+    """Presses of a ball at positions and depths that are drawn at random."""
+    rng = np.random.default_rng([seed, round(1e6 * radius), 71])
+    drawn = [(rng.uniform(-0.006, 0.006), rng.uniform(-0.004, 0.004), rng.uniform(1.5e-4, 9e-4) * min(1.0, radius / 0.0025))
+             for _ in range(count)]
+    return PhotometricScene(PressScript(drawn, radius=radius, dots=dots), RATE, seed, 640)
+
+
+def calibrated(seed: int, dots: bool) -> DepthModel:
+    """The model of a specimen by twenty presses of one ball, each in the deepest frame."""
+    scene = scene_of(CALIBRATED_WITH, seed, dots, PRESSES)
+    shots = [scene.render(number / RATE) for number in range(scene.frames)]
+    untouched = [to_working_size(shot.image) for shot in shots if not shot.truth.contacts][:10]
+    background = Background(np.mean(untouched, axis=0, dtype=np.float32))
+    search, presses, depths = CircleSearch(background.shape), [], [shot.truth.contacts[0].depth if shot.truth.contacts else 0.0
+                                                                  for shot in shots]
+    for k in range(1, len(shots) - 1):
+        if depths[k] > max(depths[k - 1], 1e-4) and depths[k] >= depths[k + 1]:
+            working = to_working_size(shots[k].image)
+            change, hidden = background.change(working), background.hidden(working)
+            presses.append(Press(str(k), working, change, hidden, search.find(change, hidden)))
+    return BallFit(presses, CALIBRATED_WITH / (SCALE * 640 / background.shape[1])).model([background.image])
+
+
+def played(model: DepthModel, radius: float, seed: int, dots: bool) -> Iterator[tuple]:
+    """(result, truth, seconds) of each touched frame."""
+    scene, estimator = scene_of(radius, seed + 5000, dots, 4), PhotometricEstimator(model, SCALE)
+    scene._light = PhotometricScene(PressScript([(0, 0, 1e-4)], radius=radius, dots=dots), RATE, seed, 640)._light
+    for number in range(scene.frames):
+        shot = scene.render(number / RATE)
+        begin = time.process_time()
+        result = estimator.process(shot.image, number / RATE)
+        taken = time.process_time() - begin
+        if shot.truth.contacts and shot.truth.contacts[0].depth > 1e-4:
+            yield result, shot.truth, taken
+
+
+def row(name: str, frames: list[tuple]) -> str:
+    """A row of the table."""
+    seen = [(result.contacts[0], truth.contacts[0], result, truth) for result, truth, _ in frames if result.contacts]
+    depth = np.array([found.depth - true.depth for found, true, *_ in seen])
+    sigma = np.array([np.sqrt(found.position_covariance[2, 2]) for found, *_ in seen])
+    away = np.array([found.position[:2] - true.position[:2] for found, true, *_ in seen])
+    place = np.array([np.sqrt(found.position_covariance[0, 0]) for found, *_ in seen])
+    area = np.array([result.region.area / truth.area for *_, result, truth in seen])
+    ones = np.mean([len(result.contacts) == 1 for result, *_ in frames])
+    return (f'| {name} | {len(frames)} | {100 * ones:.0f} | {1e3 * np.sqrt(np.mean(depth**2)):.3f} | {np.mean((depth / sigma)**2):.2f} | '
+            f'{1e3 * np.sqrt(np.mean(away**2)):.3f} | {np.mean((away / place[:, None])**2):.2f} | {np.median(area):.2f} | '
+            f'{np.quantile(area, 0.1):.2f} to {np.quantile(area, 0.9):.2f} | {1e3 * np.median([t for *_, t in frames]):.1f} |')
+
+
+def read_images(folder: Path, pattern: str, untouched: str, corners: list[float] | None) -> tuple[Background, list[Press]]:
+    """The untouched gel and the presses in the images of a folder."""
+    def working(path: Path) -> np.ndarray:
+        image = cv2.imread(str(path))
+        if corners:
+            size = image.shape[1::-1]
+            ends = np.float32([(0, 0), (size[0], 0), (0, size[1]), size])
+            image = cv2.warpPerspective(image, cv2.getPerspectiveTransform(np.float32(corners).reshape(4, 2), ends), size)
+        return to_working_size(image)
+
+    background, presses = Background(working(folder / untouched)), []
+    search = CircleSearch(background.shape)
+    for path in sorted(folder.glob(pattern)):
+        image = working(path)
+        change, hidden = background.change(image), background.hidden(image)
+        presses.append(Press(path.stem, image, change, hidden, search.find(change, hidden)))
+    return background, presses
+
+
+def real(background: Background, presses: list[Press], radius: float, scale: float) -> str:
+    """Errors of the heights of caps of a ball at every other press, of a gel that is calibrated with the presses between.
+
+    radius: px; scale: mm a px, of working images."""
+    model = BallFit(presses[::2], radius).model([background.image])
+    others, reconstruction = BallFit(presses[1::2], radius), Reconstruction(model, background.shape)
+    y, x = np.mgrid[:background.shape[0], :background.shape[1]]
+    error, stated, caps, over = [], [], [], []
+    for press, circle in zip(others.presses, others.circles):
+        depth, slope, _ = reconstruction.process(press.change, press.hidden)
+        distance = np.hypot(x - circle.x, y - circle.y)
+        edge = np.abs(distance - circle.radius) < 1
+        cap = radius - np.sqrt(radius**2 - circle.radius**2)
+        error.append(depth[distance < 0.1 * circle.radius + 1].mean() - depth[edge].mean() - cap)
+        stated.append(np.hypot(model.depth_sigma * background.shape[1], model.slope_error * cap))
+        caps.append(cap)
+        over.append(np.sqrt(reconstruction.touching(depth, slope).sum() / np.pi))
+    error, stated = scale * np.array(error), scale * np.array(stated)
+    return (f'{len(others.presses)} presses, {len(others.left_out)} left out; caps of {scale * np.mean(caps):.2f} mm: error '
+            f'{np.sqrt(np.mean(error**2)):.3f} mm RMS, its square over the stated one {np.mean((error / stated)**2):.2f}, '
+            f'radius of the region {scale * np.median(over):.2f} mm')
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('gels', type=int, nargs='?', default=6, help='simulated specimens')
+    parser.add_argument('--images', nargs=3, metavar=('FOLDER', 'PATTERN', 'UNTOUCHED'), help='real images of a ball instead')
+    parser.add_argument('--ball', type=float, help='its radius in mm')
+    parser.add_argument('--scale', type=float, help='mm a pixel of the images')
+    parser.add_argument('--corners', type=float, nargs=8, help='px, left upper, right upper, left lower, right lower')
+    given = parser.parse_args()
+    if given.images:
+        width = cv2.imread(str(Path(given.images[0], given.images[2]))).shape[1]
+        background, presses = read_images(Path(given.images[0]), *given.images[1:], given.corners)
+        scale = given.scale * width / background.shape[1]
+        print(real(background, presses, given.ball / scale, scale))
+        return
+    print('| press | frames | one contact, % | depth, mm RMS | its squared error over the stated one | position, mm RMS | the same | '
+          'area over the true one | 10 to 90 % | ms |\n|---|---|---|---|---|---|---|---|---|---|')
+    for dots in (False, True):
+        frames = {name: [] for name in RADII}
+        for seed in range(given.gels):
+            model = calibrated(seed, dots)
+            for name, radius in RADII.items():
+                frames[name] += played(model, radius, seed, dots)
+        for name, found in frames.items():
+            print(row(name + (', with dots' if dots else ''), found), flush=True)
+
+
+if __name__ == '__main__':
+    main()
