@@ -3,7 +3,6 @@
 """Each launch file with the real RViz on a virtual screen, and the real rosbag2, where they are installed."""
 import os
 import pathlib
-import random
 import shutil
 import subprocess
 import sys
@@ -40,19 +39,17 @@ ROSBAG2 = [prefix / _PYTHON for prefix in map(pathlib.Path, os.environ.get('AMEN
            if (prefix / _PYTHON / 'ros2bag').is_dir()]
 
 
-def free_display():
-    """The number of a display that no X server on this machine has."""
-    return next(number for number in random.sample(range(100, 1000), 900) if not pathlib.Path(f'/tmp/.X11-unix/X{number}').exists())
-
-
 @pytest.fixture
 def screen(monkeypatch):
-    """A virtual screen for what is started after it."""
-    number = free_display()
+    """A virtual screen for what is started after it. Without -noreset it refuses connections for a moment after each last window."""
+    reading, writing = os.pipe()
+    process = subprocess.Popen(['Xvfb', '-displayfd', str(writing), '-noreset', '-screen', '0', '1680x1050x24', '-nolisten', 'tcp'],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, pass_fds=[writing])
+    os.close(writing)
+    with open(reading) as ready:
+        number = ready.readline().strip()  # Xvfb takes a free one, and tells it when it accepts connections
+    assert number, 'Xvfb ended at once'
     monkeypatch.setenv('DISPLAY', f':{number}')
-    process = subprocess.Popen(['Xvfb', f':{number}', '-screen', '0', '1680x1050x24', '-nolisten', 'tcp'],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    assert until(lambda: subprocess.run(['xdotool', 'getdisplaygeometry'], capture_output=True).returncode == 0, patience_s=30)
     yield
     process.terminate()
     process.wait(10)
