@@ -7,7 +7,8 @@
 The sensors: thumb and index, touchpads of 640 x 480 at 60 frames/s; tip, a PSD finger at 1 kHz; array, a taxel array at 200 frames/s; palm,
 a sheet with two cameras at 30; --rate tip=5000 sets another. They are started by hand.launch.py, with simulated cameras that play films
 (films/) and emulated serial ports. This process subscribes to the last result of each. Latency: from the stamp to the receipt here (a PSD
-message is stamped with its first sample). A frame without a result is lost.
+message is stamped with its first sample). A frame without a result is lost; of the finger, whose messages hold what has come in each 5 ms,
+the samples that its driver or its contact node report as lost or dropped.
 """
 from __future__ import annotations
 
@@ -18,12 +19,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import psutil
 import rclpy
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from run import machine
@@ -41,9 +44,9 @@ SENSORS = {'thumb': ('touchpad', 60, 'demo', 'contact_region', ContactRegion),
            'array': ('taxel_array', 200, 'taxel_emulator', 'contacts', Contacts),
            'palm': ('areal_dual', 30, 'areal_dual_demo', 'contacts', Contacts)}
 PORTS = ('tip', 'array')
-_MESSAGES_HZ = 200  # of the finger, whatever its rate: one in each batch_period of its driver
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 97))
 _STARTED_S, _ENDED_S = 180.0, 60.0
+_REPORTED_S = 1.5  # nodes report once a second
 _LENGTHS = {False: (6.0, 8.0, 20.0), True: (1.0, 3.0, 5.0)}  # --quick: s of a film, of settling, and that count
 
 
@@ -121,6 +124,22 @@ def _own_memory(pid: int) -> float:
     return next((int(row[1]) for row in rows if row[0] == 'Pss_Anon:'), 0) / 1024
 
 
+class Lost:
+    """What the nodes of each sensor report on /diagnostics as lost or dropped."""
+
+    def __init__(self, node: Node):
+        self._counts: dict[tuple[str, str], int] = {}
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._take, 100)
+
+    def _take(self, message: DiagnosticArray) -> None:
+        self._counts.update(((status.name, value.key), int(value.value)) for status in message.status for value in status.values
+                            if value.key in ('lost frames', 'dropped') and value.value.isdigit())
+
+    def of(self, names: Iterable[str]) -> dict[str, int]:
+        """Sensor -> count so far."""
+        return {name: sum(count for (node, _), count in self._counts.items() if node.startswith(f'/{name}/')) for name in names}
+
+
 def run(given: argparse.Namespace, rates: dict[str, float], folder: Path) -> list[str]:
     """Start everything, listen, end it; a line of the table for each sensor. Raises TimeoutError where one is not heard at all."""
     heard: dict[str, dict[int, int]] = {name: {} for name in rates}  # stamp, ns -> ns from it to the receipt
@@ -134,6 +153,8 @@ def run(given: argparse.Namespace, rates: dict[str, float], folder: Path) -> lis
     for name in rates:
         node.create_subscription(SENSORS[name][4], f'/{name}/{SENSORS[name][3]}', lambda data, name=name: take(name, data), 500, raw=True)
 
+    lost = Lost(node)
+
     def spin(seconds: float, until=lambda: False) -> bool:
         end = time.monotonic() + seconds
         while not until() and time.monotonic() < end:
@@ -144,13 +165,15 @@ def run(given: argparse.Namespace, rates: dict[str, float], folder: Path) -> lis
             if not spin(_STARTED_S, lambda: all(heard.values())):
                 raise TimeoutError(f'nothing came from {", ".join(name for name in heard if not heard[name])}; see {system.logs}')
             spin(_LENGTHS[given.quick][1])
-            begin_ns, first = time.time_ns(), system.usage()
+            begin_ns, first, begun = time.time_ns(), system.usage(), lost.of(rates)
             spin(given.duration)
             last = system.usage()
+            spin(_REPORTED_S)
+            ended = lost.of(rates)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    lines = [_line(name, _MESSAGES_HZ if name == 'tip' else rate, heard[name], given.duration, begin_ns, first, last)
+    lines = [_line(name, rate, heard[name], ended[name] - begun[name], given.duration, begin_ns, first, last)
              for name, rate in rates.items()]
     cpu, memory = _used(None, first, last, given.duration)[:2]
     return [*lines, f'| all | | | | {cpu:.0f} | {memory:.0f} | |']
@@ -163,12 +186,13 @@ def _used(name: str | None, first: dict, last: dict, duration: float) -> tuple[f
     return 100 * cpu / duration, sum(last[pid][2] for pid in lived), grown
 
 
-def _line(name: str, rate: float, heard: dict[int, int], duration: float, begin_ns: int, first: dict, last: dict) -> str:
+def _line(name: str, rate: float, heard: dict[int, int], lost: int, duration: float, begin_ns: int, first: dict, last: dict) -> str:
     late = [1e-6 * value for stamp, value in heard.items() if begin_ns <= stamp < begin_ns + duration * 1e9]
     cpu, memory, grown = _used(name, first, last, duration)
     latency = ' / '.join(f'{value:.1f}' for value in np.percentile(late, (50, 95, 100))) if late else ''
-    return (f'| {name} | {rate:g} | {latency} | {max(0.0, 100 * (1 - len(late) / (rate * duration))):.1f} | {cpu:.0f} '
-            f'| {memory:.0f} | {grown:+.1f} |')
+    count = rate * duration
+    share = (lost if name == 'tip' else max(0.0, count - len(late))) / count
+    return f'| {name} | {len(late) / duration:.1f} | {latency} | {100 * share:.1f} | {cpu:.0f} | {memory:.0f} | {grown:+.1f} |'
 
 
 def main() -> None:

@@ -92,7 +92,7 @@ RUNS = (
         prints=r'worse than before|nothing is slower'),
     Run(r'python3 test/benchmark/run.py --quick$', writes='out/benchmark/benchmark.png'),
     Run(r'python3 test/benchmark/run.py', more=' --quick', prints=TABLE),
-    Run(r'python3 test/benchmark/live.py', more=' --quick --duration 5', prints=r'\| (thumb|tip) \| \d+ \| [\d.]+ /'),
+    Run(r'python3 test/benchmark/live.py', more=' --quick --duration 5', prints=r'\| (thumb|tip) \| [\d.]+ \| [\d.]+ /'),
     Run(r'python3 test/benchmark/starts.py', more=' --quick', prints=r'psd_finger, composed \| [\d.]+'),
     Run(r'python3 test/benchmark/sheets.py( --sensor \w+)?$', more=' --specimens 1 --rows press', prints=r'\| 0, press'),
     Run(r'python3 test/benchmark/sheets.py --rows', change=('two_0.2 two_1.0', 'two_0.2 --specimens 1'), prints=r'\| 0, two_0.2'),
