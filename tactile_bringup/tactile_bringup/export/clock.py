@@ -15,6 +15,8 @@ from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode, header_stamp_ns
 from tactile_perception.common.progress import progress
 
+from .together import HandReader
+
 HELD, NEAREST = 'held', 'nearest'
 
 
@@ -36,7 +38,7 @@ class Clock:
 
     Parameters
     ----------
-    reader : BagReader
+    reader : BagReader or HandReader
         The opened recording.
     headed : Mapping
         Topics that become columns, and whether their messages begin with a header.
@@ -53,7 +55,7 @@ class Clock:
         If a topic has no message, or clocks disagree.
     """
 
-    def __init__(self, reader: BagReader, headed: Mapping[str, bool], rate: float, pick: str, marks: str = ''):
+    def __init__(self, reader: BagReader | HandReader, headed: Mapping[str, bool], rate: float, pick: str, marks: str = ''):
         self._reader, self._headed, self._rate, self._pick = reader, headed, rate, pick
         stamps, recorded = ({topic: array('q') for topic in headed} for _ in range(2))
         switched: list[tuple[int, bool]] = []

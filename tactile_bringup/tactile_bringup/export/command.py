@@ -35,10 +35,10 @@ from tactile_perception.tools.many import (
 from .clock import HELD, NEAREST, Clock, Row
 from .fields import Field, fields_of
 from .store import Store, join
+from .together import ATTRIBUTES, HandReader, joined, opened
 
 #: Modules that a format needs.
 _NEEDS = {'hdf5': ('h5py',), 'zarr': ('zarr',), 'lerobot': ('h5py', 'pyarrow')}
-_ATTRIBUTES = ('description', 'camera_info', '/tf_static', 'robot_description')  # endings of topics that are said once
 _NO_DATA = 'visualization_msgs/', 'diagnostic_msgs/', 'rcl_interfaces/', 'std_msgs/msg/String'
 _DRAWN = '/image_annotated'
 
@@ -47,7 +47,7 @@ _DRAWN = '/image_annotated'
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 0, 3 where damaged messages were left out, or 1 with a one-line error and no output."""
     parser = argparse.ArgumentParser(prog='export', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('bag', type=Path, nargs='+', help='recordings, or folders of them; each recording is an episode')
+    parser.add_argument('bag', type=Path, nargs='+', help='recordings, or folders of them; each recording is an episode, and those that a hand made at one time are one together')
     parser.add_argument('out', type=Path, help='new file (hdf5) or folder')
     parser.add_argument('--to', required=True, choices=_NEEDS, help='format')
     parser.add_argument('--rate', type=float, default=30.0, help='rows per second (default: %(default)s)')
@@ -59,7 +59,7 @@ def main(args: list[str] | None = None) -> int:
     given = parser.parse_intermixed_args(args)
     _check(given)
     check_arguments(given)
-    found = recordings(given.bag)
+    found = joined(recordings(given.bag))
     part = given.out.with_name(given.out.name + '.part')
     _remove(part)
     try:
@@ -130,7 +130,7 @@ def _check(given: argparse.Namespace) -> None:
 def work(bag: Path, target: Path, given: argparse.Namespace) -> WorkResult:
     """Write the episodes of one recording to a new store, target, with the arguments of the command; how many, and what was left out."""
     last, columns, known = -1, None, {}
-    with Store(target, 'zarr' if given.to == 'zarr' else 'hdf5') as store, BagReader(bag) as reader:
+    with Store(target, 'zarr' if given.to == 'zarr' else 'hdf5') as store, opened(bag) as reader:
         topics, left_out = chosen_topics(reader, given.topics, given.episodes)
         clock = Clock(reader, {topic: _has_header(kind) for topic, kind in topics.items()}, given.rate, given.sample, given.episodes)
         about = {'bag': str(bag), 'rate': given.rate, 'sample': given.sample, **_said_once(reader)}
@@ -147,7 +147,7 @@ def work(bag: Path, target: Path, given: argparse.Namespace) -> WorkResult:
     return WorkResult(INCOMPLETE if damaged else 0, '\n'.join([f'{last + 1} episodes', *(f'  left out: {line}' for line in left_out)]))
 
 
-def chosen_topics(reader: BagReader, wanted: list[str], marks: str = '') -> tuple[dict[str, str], list[str]]:
+def chosen_topics(reader: BagReader | HandReader, wanted: list[str], marks: str = '') -> tuple[dict[str, str], list[str]]:
     """Topic -> type of the columns, and what is left out.
 
     Raises BadRecording for a topic that is wanted and is not in the recording, or of unknown type.
@@ -159,7 +159,7 @@ def chosen_topics(reader: BagReader, wanted: list[str], marks: str = '') -> tupl
         if problems[topic]:
             raise BadRecording(f'bag {reader.path}: {topic}: {problems[topic]}')
     usual = [topic for topic, kind in reader.topics.items()
-             if not topic.endswith((*_ATTRIBUTES, _DRAWN)) and not kind.startswith(_NO_DATA) and topic != marks and reader.count({topic})]
+             if not topic.endswith((*ATTRIBUTES, _DRAWN)) and not kind.startswith(_NO_DATA) and topic != marks and reader.count({topic})]
     selected = {topic: reader.topics[topic] for topic in sorted(wanted or usual) if not problems[topic]}
     return selected, [f'{topic}: {problems[topic]}' for topic in wanted or usual if problems[topic]]
 
@@ -169,10 +169,10 @@ def _has_header(kind: str) -> bool:
     return next(iter(get_message(kind).get_fields_and_field_types().values()), '') == 'std_msgs/Header'
 
 
-def _said_once(reader: BagReader) -> dict[str, str]:
+def _said_once(reader: BagReader | HandReader) -> dict[str, str]:
     """Descriptions, frames and camera calibrations by topic, as YAML: of each topic the first message."""
     from rosidl_runtime_py.convert import message_to_yaml
-    topics = {topic for topic in reader.topics if topic.endswith(_ATTRIBUTES) and not unusable(reader.topics[topic], '')}
+    topics = {topic for topic in reader.topics if topic.endswith(ATTRIBUTES) and not unusable(reader.topics[topic], '')}
     said: dict[str, str] = {}
     for message in reader.messages(topics):
         if message.topic not in said:

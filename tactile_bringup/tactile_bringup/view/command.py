@@ -23,6 +23,7 @@ from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.runtime.run import make_room_for_images
 from tactile_driver.recordings.reader import BagReader
 from tactile_perception.common.progress import progress
+from tactile_perception.tools.many import recordings
 
 from . import MISSING
 from .topics import COMMON, sensor_topics
@@ -36,8 +37,8 @@ if TYPE_CHECKING:
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with a one-line error."""
     parser = argparse.ArgumentParser(prog='view', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('bag', type=Path, nargs='*', help='recordings of the same sensors, such as raw data and what process_bag made of '
-                        'them, in one picture; none: the running sensors')
+    parser.add_argument('bag', type=Path, nargs='*', help='recordings, or folders of them, such as those of a hand, or raw data and '
+                        'what process_bag made of them, in one picture; none: the running sensors')
     parser.add_argument('--web', action='store_true', help='in a browser, in place of a window')
     parser.add_argument('--save', type=Path, help='.rrd file to write, in place of a viewer')
     parser.add_argument('--namespace', action='append', default=[], help='of a sensor to show; may be repeated; none: all sensors')
@@ -87,7 +88,8 @@ def _lay_out(sensors: dict[str, dict[str, str]], frame: str, stream: RecordingSt
 
 def _show_bags(given: argparse.Namespace, stream: RecordingStream, shown: Entities, is_open: Callable[[], bool]) -> None:
     topics: dict[str, str] = {}
-    for bag in given.bag:
+    bags = recordings(given.bag).values()
+    for bag in bags:
         with BagReader(bag) as reader:
             topics |= reader.topics
     spaces = {f'/{space.strip("/")}' for space in given.namespace}
@@ -96,7 +98,7 @@ def _show_bags(given: argparse.Namespace, stream: RecordingStream, shown: Entiti
         raise BadArgument(f'no sensor in the recording; it has {", ".join(sorted(topics))}')
     _lay_out(sensors, given.frame, stream, shown)
     wanted = {*COMMON, *(topic for own in sensors.values() for topic in own)}
-    for bag in given.bag:
+    for bag in bags:
         with BagReader(bag) as reader:
             for message in progress(reader.messages(wanted), f'messages of {bag.name}'):
                 shown.add(message)

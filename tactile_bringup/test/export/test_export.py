@@ -10,7 +10,7 @@ import sys
 import cv2
 import numpy as np
 import pytest
-from geometry_msgs.msg import Point, Point32, Polygon, WrenchStamped
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchStamped
 from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, InteractiveMarkerInit, Marker
@@ -132,6 +132,35 @@ def test_episodes_are_bags_or_the_times_in_which_a_topic_is_true(h5py, tmp_path,
     with h5py.File(tmp_path / 'bags.h5') as data, h5py.File(tmp_path / 'marks.h5') as marked:
         assert [len(data[name]['time']) for name in sorted(data)] == [20, 18]
         assert [len(marked[name]['time']) for name in marked] == [8] and marked['episode_000000'].attrs['begin_ns'] == 300_000_000
+
+
+def test_recordings_that_a_hand_made_at_one_time_are_one_episode_on_one_clock(h5py, tmp_path):
+    write(tmp_path / 'hand' / 'thumb')
+    with BagWriter(tmp_path / 'hand' / 'tip') as writer:
+        for at in np.arange(0.5, 2.5, 0.05):
+            kind, data = encode(stamped(WrenchStamped(wrench=Wrench(force=Vector3(z=at))), at))
+            writer.write('/tip/wrench', kind, int(1e9 * at), data)
+    assert run(tmp_path / 'hand', '--to', 'hdf5', tmp_path / 'out.h5', '--rate', 20) == 0
+    with h5py.File(tmp_path / 'out.h5') as data:
+        assert list(data) == ['episode_000000']
+        one = data['episode_000000']
+        assert one.attrs['begin_ns'] == 500_000_000
+        assert np.allclose(one['tip/wrench/wrench.force.z'][:], 0.5 + one['time'][:] - one['tip/wrench/age'][:])
+        assert np.allclose(one['joint_states/position'][:30, 0], 2 * np.floor(0.5 / 0.25 + one['time'][:30] / 0.25 + 1e-6) * 0.25)
+
+
+def test_recordings_of_the_same_topics_or_of_different_times_are_episodes_of_their_own(h5py, tmp_path):
+    write(tmp_path / 'same' / 'a'), write(tmp_path / 'same' / 'b')
+    assert run(tmp_path / 'same', '--to', 'hdf5', tmp_path / 'same.h5') == 0
+    write(tmp_path / 'later' / 'a')
+    with BagWriter(tmp_path / 'later' / 'b') as writer:
+        for at in (5.0, 6.0):
+            kind, data = encode(stamped(WrenchStamped(), at))
+            writer.write('/tip/wrench', kind, int(1e9 * at), data)
+    assert run(tmp_path / 'later', '--to', 'hdf5', tmp_path / 'later.h5') == 0
+    for name in ('same', 'later'):
+        with h5py.File(tmp_path / f'{name}.h5') as data:
+            assert len(data) == 2
 
 
 def test_lerobot_has_its_published_layout(h5py, tmp_path):

@@ -134,6 +134,13 @@ class BagReader:
         """Topic -> message type name."""
         return dict(self._types)
 
+    @property
+    def times_ns(self) -> tuple[int, int]:
+        """When the first and the last message were recorded, ns, according to the bag."""
+        found = [_opened(*bag).get_metadata() for bag in self._bags]
+        begins = [each.starting_time.nanoseconds for each in found]
+        return min(begins), max(begin + each.duration.nanoseconds for begin, each in zip(begins, found))
+
     def count(self, topics: set[str]) -> int:
         """Number of messages of these topics according to the bag."""
         return sum(self._counts[topic] for topic in topics)
