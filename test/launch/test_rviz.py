@@ -47,7 +47,7 @@ def screen(monkeypatch):
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, pass_fds=[writing])
     os.close(writing)
     with open(reading) as ready:
-        number = ready.readline().strip()  # Xvfb takes a free one, and tells it when it accepts connections
+        number = ready.readline().strip()  # a free one, which Xvfb writes when it accepts connections
     assert number, 'Xvfb ended at once'
     monkeypatch.setenv('DISPLAY', f':{number}')
     yield

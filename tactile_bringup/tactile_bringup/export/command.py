@@ -47,7 +47,8 @@ _DRAWN = '/image_annotated'
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 0, 3 where damaged messages were left out, or 1 with a one-line error and no output."""
     parser = argparse.ArgumentParser(prog='export', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('bag', type=Path, nargs='+', help='recordings, or folders of them; each recording is an episode, and those that a hand made at one time are one together')
+    parser.add_argument('bag', type=Path, nargs='+', help='recordings, or folders of them; each recording is an episode; '
+                        'those of one folder that were made at the same time, as by a hand, are one')
     parser.add_argument('out', type=Path, help='new file (hdf5) or folder')
     parser.add_argument('--to', required=True, choices=_NEEDS, help='format')
     parser.add_argument('--rate', type=float, default=30.0, help='rows per second (default: %(default)s)')

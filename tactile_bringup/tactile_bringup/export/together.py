@@ -96,4 +96,5 @@ def _belong_together(bags: list[Path]) -> bool:
                 topics.append({topic for topic in reader.topics if not topic.endswith(ATTRIBUTES)})
     except BadRecording:  # it is said where it is read
         return False
-    return max(begin for begin, _ in times) < min(end for _, end in times) and not any(one & other for one, other in combinations(topics, 2))
+    is_overlapping = max(begin for begin, _ in times) < min(end for _, end in times)
+    return is_overlapping and not any(one & other for one, other in combinations(topics, 2))
