@@ -46,10 +46,10 @@ def test_a_skin_that_nothing_presses_is_untouched():
 def test_perception_reads_normal_force_and_shear_from_its_images():
     world, sensor, readings = GraspWorld(OBJECTS['box']), TouchpadSensor(OBJECTS['box'], 3), []
     while world.lifted_s < 1.5:
-        _, truth = world.advance(-1.0 if world.time_s < 0.3 else 4.0)
+        pressure, truth = world.advance(-1.0 if world.time_s < 0.3 else 4.0)
         if world.time_s > 1.2 and not world.lifted_s >= 0:
             world.lift()
-        reading = sensor.read(truth)
+        reading = sensor.read(pressure, truth)
         if reading is not None and world.lifted_s > 1.2:
             readings.append((reading.force + truth.pad_force[2], reading.shear - np.linalg.norm(truth.pad_force[:2])))
     normal, shear = np.abs(np.median(readings, axis=0))
