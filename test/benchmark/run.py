@@ -124,19 +124,20 @@ TITLE = '# Speed and accuracy of all methods'
 
 
 def tables(entries: list[dict]) -> str:
-    """A Markdown table for each part: medians over rounds, and by how much the rounds' times differ from it at most."""
+    """A Markdown table for each part: medians over rounds. A method that is measured on several image sizes has a cell for each of them."""
     pages = []
     for part in dict.fromkeys(entry['part'] for entry in entries):
-        measures, shown = PARTS[part].measures, [entry for entry in entries if entry['part'] == part]
-        columns = {'sensor': [e['source'] for e in shown], 'method': [e['method'] for e in shown], 'image': [e['size'] for e in shown],
-                   'ms a frame': [_said(middle(e['ms'])) for e in shown],
-                   **{_label(*item): [_said(middle(e['errors'][item[0]])) for e in shown] for item in measures.items()}}
-        if not any(columns['image']):
-            del columns['image']
-        lines = [f'| {" | ".join(row)} |' for row in (columns, *zip(*columns.values()))]
-        pages.append('\n'.join([f'## {part}', '', lines[0], '|' + '---|' * len(columns), *lines[1:], '',
-                                f'Rounds differ by at most {100 * max(noise(e["ms"]) for e in shown):.0f} % in time.']))
-    return '\n\n'.join(pages) + '\n'
+        shown = [entry for entry in entries if entry['part'] == part]
+        sizes, figures = list(dict.fromkeys(e['size'] for e in shown)), ['ms a frame', *(_label(*m) for m in PARTS[part].measures.items())]
+        table = [['sensor', 'method', *(figures if sizes == [''] else sizes)]]
+        for sensor, method in dict.fromkeys((e['source'], e['method']) for e in shown):
+            cells = {e['size']: [_said(middle(v)) for v in (e['ms'], *(e['errors'][name] for name in PARTS[part].measures))]
+                     for e in shown if (e['source'], e['method']) == (sensor, method)}
+            table.append([sensor, method, *(cells[''] if sizes == [''] else ('; '.join(cells.get(size, '-')) for size in sizes))])
+        lines = [f'| {" | ".join(row)} |' for row in table]
+        pages.append('\n'.join([f'## {part}', '', *([] if sizes == [''] else [f'In each cell: {"; ".join(figures)}.', '']),
+                                lines[0], '|' + '---|' * len(table[0]), *lines[1:]]))
+    return '\n\n'.join([*pages, f'Rounds differ by at most {100 * max(noise(e["ms"]) for e in entries):.0f} % in time.']) + '\n'
 
 
 def summary(entries: list[dict]) -> str:

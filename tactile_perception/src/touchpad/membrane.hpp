@@ -40,17 +40,17 @@ struct DotLoads {
 
 // All that decides about the places of dots. What each is and how it was found: docs/constants.md.
 struct MembraneModel {
-    double misfit = 0.2;       // standard deviation of a free dot's load
-    double touched = 1.1;      // a touched dot's most likely load
+    double misfit = 0.2;       // standard deviation of a free dot's load: discretisation of the mesh
+    double touched = 1.1;      // most likely load of a touched dot: that under a flat face
     double lighter = 0.4;      // standard deviation of a touched dot's load below that
-    double heavier = 1.0;      // and above it
+    double heavier = 1.0;      // and above it; balls and edges press with 2 to 4
     double coupling = 4.0;     // log odds of a dot among touched neighbours, minus that among free ones
-    double evidence = 18.0;    // log likelihood ratio from which a patch is touched
-    double most = 7.5;         // of that, which one dot contributes
+    double evidence = 18.0;    // log likelihood ratio from which a patch is touched: one false patch in about 10^7 dots
+    double most = 7.5;         // maximum contribution of one dot to it, so that a patch needs three dots
     double tail = 4.0;         // standard deviations of a range beyond which it loses weight
-    double smoothed = 18.0;    // by how much the balance around a dot makes the variance smaller that range errors give its load
-    double residual = 0.2;     // standard deviation of a free dot's tangential residual, over the pressure, by other causes than the scale
-    double correlated = 50.0;  // number of dots and frames over which such a cause is correlated
+    double smoothed = 18.0;    // factor by which the balance around a dot reduces the variance of its load due to range errors
+    double residual = 0.2;     // standard deviation of a free dot's tangential residual over the pressure, apart from the scale error
+    double correlated = 50.0;  // number of dots and frames over which that residual is correlated
 };
 
 class Membrane {

@@ -18,20 +18,20 @@ enum DotState : std::uint8_t { FREE, STICKING, SLIPPING };
 // What an object does: all its dots stick to it, some of them, none, or all of them and it rests.
 enum Mode : std::uint8_t { HELD, IN_PART, SLIDING, AT_REST, MODES };
 
-// All that decides about stick or slip. What each is and how it was found: docs/stick_slip.md.
+// Constants of the decision between stick and slip; docs/stick_slip.md explains the model.
 struct StickSlipModel {
-    double depth_noise = 20e-6;    // m, noise of a dot's motion along the skin's normal
-    double strain = 0.04;          // share of an object's motion by which dots that stick to it part, as their loads change
-    double creep = 0.04e-3;        // m/s, most of that
-    double slip = 0.3e-3;          // m/s, lag from which a dot is said to slip
-    double drift = 0.3e-3;         // m/s, by which an object that slides drags the dots along
+    double depth_noise = 20e-6;    // m, noise of a dot's motion along the skin's normal; measured in simulated frames
+    double strain = 0.04;          // share of an object's motion by which sticking dots separate as their loads change
+    double creep = 0.04e-3;        // m/s, upper limit of that separation
+    double slip = 0.3e-3;          // m/s, lag from which a dot counts as slipping: a definition
+    double drift = 0.3e-3;         // m/s, speed at which a sliding object drags the dots along; 0.1 to 0.6 mm/s were observed
     double acceleration = 6e-3;    // m/s^2, of objects
-    double friction = 0.3;         // coefficient of an object of which nothing is known
-    double friction_spread = 0.5;  // standard deviation of its logarithm
-    double friction_noise = 0.15;  // that of the logarithm of a slipping dot's ratio of loads over the object's friction
-    double aim = 0.3;              // rad, standard deviation of the angle between a slipping dot's lag and its drag
+    double friction = 0.3;         // coefficient of an unknown object: dry rubber on most materials
+    double friction_spread = 0.5;  // standard deviation of its logarithm, a factor of 1.6
+    double friction_noise = 0.15;  // that of the logarithm of a slipping dot's load ratio over the object's friction: load errors at edges
+    double aim = 0.3;              // rad, standard deviation of the angle between a slipping dot's lag and its drag: load errors at edges
     double rate = 0.5;             // 1/s, of changes from one mode to the next
-    double share = 2.0;            // dots whose loads and creep are those of their neighbours count as one
+    double share = 2.0;            // number of neighbouring dots with common loads and creep, which count as one
 };
 
 using Twist = Eigen::Matrix<double, 6, 1>;
