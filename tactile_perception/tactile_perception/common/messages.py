@@ -11,12 +11,12 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 import yaml
-from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Twist, WrenchStamped
+from geometry_msgs.msg import Point, Transform, TransformStamped, Vector3, WrenchStamped
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from tactile_driver.nodes.messages.conversions import bytes_of, header_of, point, polygon, vector
+from tactile_driver.nodes.messages.conversions import bytes_of, header_of, polygon
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 from ..core.messages import check_numbers, dot_numbers
@@ -91,28 +91,30 @@ def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
     -------
     ContactRegion
     """
-    return ContactRegion(
-        header=header,
-        dot_id=array('I', np.ascontiguousarray(estimate.dot_id, np.uint32).tobytes()),
-        dot_state=array('B', np.ascontiguousarray(estimate.dot_state, np.uint8).tobytes()),
-        outlines=[polygon(points) for points in estimate.outlines],
-        holes=[polygon(points) for points in estimate.holes],
-        area=float(estimate.area),
-        centroid=point(estimate.centroid),
-        normal=vector(estimate.normal),
-        orientation=float(estimate.orientation),
-        major_axis=float(estimate.major_axis),
-        minor_axis=float(estimate.minor_axis),
-        motion=_transform(estimate.motion_translation, estimate.motion_rotation),
-        motion_interval=float(estimate.motion_interval),
-        pose=_transform(estimate.pose_translation, estimate.pose_rotation),
-        dot_confidence=_floats(estimate.dot_confidence),
-    )
+    message = ContactRegion(header=header)
+    message.dot_id = array('I', np.ascontiguousarray(estimate.dot_id, np.uint32).tobytes())
+    message.dot_state = array('B', np.ascontiguousarray(estimate.dot_state, np.uint8).tobytes())
+    message.dot_confidence = _floats(estimate.dot_confidence)
+    message.outlines = [polygon(points) for points in estimate.outlines]
+    message.holes = [polygon(points) for points in estimate.holes]
+    for name in ('area', 'orientation', 'major_axis', 'minor_axis', 'motion_interval'):
+        setattr(message, name, float(getattr(estimate, name)))
+    _set_xyz(message.centroid, estimate.centroid)
+    _set_xyz(message.normal, estimate.normal)
+    _set_transform(message.motion, estimate.motion_translation, estimate.motion_rotation)
+    _set_transform(message.pose, estimate.pose_translation, estimate.pose_rotation)
+    return message
 
 
-def _transform(translation: np.ndarray, rotation: np.ndarray) -> Transform:
-    x, y, z, w = map(float, rotation)
-    return Transform(translation=vector(translation), rotation=Quaternion(x=x, y=y, z=z, w=w))
+def _set_xyz(target: Point | Vector3, values: np.ndarray) -> None:
+    """Set a point or vector within a message: a new one would be made after the message has made its own."""
+    target.x, target.y, target.z = np.asarray(values, float).tolist()
+
+
+def _set_transform(target: Transform, translation: np.ndarray, rotation: np.ndarray) -> None:
+    _set_xyz(target.translation, translation)
+    turn = target.rotation
+    turn.x, turn.y, turn.z, turn.w = np.asarray(rotation, float).tolist()
 
 
 def contacts_to_message(estimates: list[ContactEstimate], header) -> Contacts:
@@ -129,9 +131,15 @@ def contacts_to_message(estimates: list[ContactEstimate], header) -> Contacts:
     -------
     Contacts
     """
-    return Contacts(header=header, contacts=[
-        Contact(id=e.id, position=point(e.position), normal=vector(e.normal), depth=float(e.depth), force=float(e.force),
-                position_covariance=np.asarray(e.position_covariance, float).ravel(), flags=e.flags) for e in estimates])
+    return Contacts(header=header, contacts=[_contact_message(estimate) for estimate in estimates])
+
+
+def _contact_message(estimate: ContactEstimate) -> Contact:
+    message = Contact(id=estimate.id, depth=float(estimate.depth), force=float(estimate.force), flags=estimate.flags,
+                      position_covariance=np.asarray(estimate.position_covariance, float).ravel())
+    _set_xyz(message.position, estimate.position)
+    _set_xyz(message.normal, estimate.normal)
+    return message
 
 
 def wrench_to_message(wrench: np.ndarray, header) -> WrenchStamped:
@@ -149,7 +157,8 @@ def wrench_to_message(wrench: np.ndarray, header) -> WrenchStamped:
     WrenchStamped
     """
     message = WrenchStamped(header=header)
-    message.wrench.force, message.wrench.torque = vector(wrench[:3]), vector(wrench[3:])
+    _set_xyz(message.wrench.force, wrench[:3])
+    _set_xyz(message.wrench.torque, wrench[3:])
     return message
 
 
@@ -167,28 +176,21 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
     -------
     Slip
     """
-    return Slip(
-        header=header,
-        state=estimate.state,
-        slipping_fraction=float(estimate.slipping_fraction),
-        velocity=Twist(linear=vector(estimate.linear), angular=vector(estimate.angular)),
-        rotation_center=point(estimate.rotation_center),
-        x=_floats(estimate.x),
-        y=_floats(estimate.y),
-        vx=_floats(estimate.vx),
-        vy=_floats(estimate.vy),
-        confidence=float(estimate.confidence),
-    )
+    message = Slip(header=header, state=estimate.state)
+    message.slipping_fraction, message.confidence = float(estimate.slipping_fraction), float(estimate.confidence)
+    _set_xyz(message.velocity.linear, estimate.linear)
+    _set_xyz(message.velocity.angular, estimate.angular)
+    _set_xyz(message.rotation_center, estimate.rotation_center)
+    message.x, message.y, message.vx, message.vy = map(_floats, (estimate.x, estimate.y, estimate.vx, estimate.vy))
+    return message
 
 
 POINTS = {'points': PointCloud2}
-#: Fields in their order: of a vector three, of a number one.
-_VECTORS = {'xyz': ('x', 'y', 'z'), 'normal': ('normal_x', 'normal_y', 'normal_z'),
-            'displacement': ('displacement_x', 'displacement_y', 'displacement_z'), 'force': ('force_x', 'force_y', 'force_z')}
-_FLOATS = (*(name for names in _VECTORS.values() for name in names), 'normal_force')
-_STEP = 56  # bytes a point: its floats and the state, filled up to a multiple of four
-_POINT = np.dtype({'names': [*_FLOATS, 'state'], 'formats': ['<f4'] * len(_FLOATS) + ['u1'],
-                   'offsets': [4 * k for k in range(len(_FLOATS) + 1)], 'itemsize': _STEP})
+_VECTORS = 'xyz', 'normal', 'displacement', 'force'  # of a point, in the order of their fields
+_FLOATS = (*(f'{name}{axis}' for name in ('', 'normal_', 'displacement_', 'force_') for axis in 'xyz'), 'normal_force')
+_STEP = 4 * len(_FLOATS) + 4  # bytes of a point: its floats and the state, filled up to a multiple of four
+_FIELDS = [*(PointField(name=name, offset=4 * k, datatype=PointField.FLOAT32, count=1) for k, name in enumerate(_FLOATS)),
+           PointField(name='state', offset=4 * len(_FLOATS), datatype=PointField.UINT8, count=1)]
 
 
 def points_to_message(points: SurfacePoints, header) -> PointCloud2:
@@ -207,16 +209,14 @@ def points_to_message(points: SurfacePoints, header) -> PointCloud2:
         As many rows and columns as the grid.
     """
     rows, columns = points.shape
-    packed = np.zeros(rows * columns, _POINT)
-    for whole, names in _VECTORS.items():
-        for name, values in zip(names, getattr(points, whole).T):
-            packed[name] = values
-    packed['normal_force'], packed['state'] = points.normal_force, points.state
-    fields = [PointField(name=name, offset=offset, datatype=PointField.UINT8 if kind == 'u1' else PointField.FLOAT32, count=1)
-              for name, (kind, offset) in _POINT.fields.items()]
-    message = PointCloud2(header=header, height=rows, width=columns, fields=fields, is_bigendian=False, point_step=_STEP,
+    packed = np.zeros((rows * columns, _STEP // 4), '<f4')
+    for k, name in enumerate(_VECTORS):
+        packed[:, 3 * k:3 * k + 3] = getattr(points, name)
+    packed[:, 3 * len(_VECTORS)] = points.normal_force
+    packed.view(np.uint8)[:, 4 * len(_FLOATS)] = points.state
+    message = PointCloud2(header=header, height=rows, width=columns, fields=_FIELDS.copy(), is_bigendian=False, point_step=_STEP,
                           row_step=_STEP * columns, is_dense=bool(np.isfinite(points.xyz).all()), check_fields=True)
-    message.data = bytes_of(packed.view(np.uint8))
+    message.data = bytes_of(packed)
     return message
 
 
