@@ -35,6 +35,10 @@ void bind_common(py::module_& parent) {
         module, "extend_surface -> (R+4, C+4, 3)", "The surface with two nodes more on each side, extrapolated linearly from the last two.",
         [](const Doubles& xyz) { return extended(xyz, xyz.length(0), xyz.length(1)); }, "xyz (R=2..65536, C=2..65536, 3)");
     def(
+        module, "grid_normals -> (R, C, 3)",
+        "Unit normals of the surface through points, z upwards, by differences of neighbours, one-sided next to a gap (NaN).",
+        [](const Doubles& xyz) { return grid_normals(xyz, xyz.length(0), xyz.length(1)); }, "xyz (R, C, 3)");
+    def(
         module, "nearest_points -> (M, L), (M, L)",
         "Distances and indices of the nearest points to each query, by rising distance; infinite and N where there are fewer points.",
         [](const Doubles& points, const Doubles& queries, py::ssize_t count) {

@@ -74,6 +74,16 @@ void extrapolate(double* first, std::ptrdiff_t count, std::ptrdiff_t step) {
     }
 }
 
+// Difference of neighbours on both sides of a node, of one of them where the other is NaN or beyond the end of the line.
+Vec3 slope(const double* positions, std::ptrdiff_t node, std::ptrdiff_t step, bool has_before, bool has_after) {
+    constexpr Vec3 NONE{NAN, NAN, NAN};
+    const Vec3 here = vec3_at(positions, node);
+    const Vec3 before = has_before ? here - vec3_at(positions, node - step) : NONE;
+    const Vec3 after = has_after ? vec3_at(positions, node + step) - here : NONE;
+    const auto either = [](double a, double b) { return std::isnan(a) ? b : std::isnan(b) ? a : 0.5 * (a + b); };
+    return {either(before.x, after.x), either(before.y, after.y), either(before.z, after.z)};
+}
+
 }  // namespace
 
 std::vector<double> extended(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns) {
@@ -83,6 +93,19 @@ std::vector<double> extended(const double* positions, std::ptrdiff_t rows, std::
     for (std::ptrdiff_t c = 0; c < columns; ++c) extrapolate(&wide[BEYOND * row + inset + 3 * c], rows, row);
     for (std::ptrdiff_t r = 0; r < rows + 2 * BEYOND; ++r) extrapolate(&wide[r * row + inset], columns, 3);
     return wide;
+}
+
+std::vector<double> grid_normals(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    std::vector<double> normals(3 * rows * columns);
+    for (std::ptrdiff_t row = 0, node = 0; row < rows; ++row) {
+        for (std::ptrdiff_t column = 0; column < columns; ++column, ++node) {
+            const Vec3 normal = cross(slope(positions, node, 1, column > 0, column + 1 < columns),
+                                      slope(positions, node, columns, row > 0, row + 1 < rows));
+            const double size = length(normal);
+            store(normals.data(), node, size > 0 ? Vec3{normal.x / size, normal.y / size, normal.z / size} : Vec3{NAN, NAN, NAN});
+        }
+    }
+    return normals;
 }
 
 void refined_value(const Nodes& nodes, std::ptrdiff_t row, std::ptrdiff_t column, std::ptrdiff_t refine, double* found) {

@@ -21,6 +21,10 @@ struct Nodes {
 // positions (rows, columns, 3), 2 x 2 or more, with BEYOND nodes more on each side, extrapolated linearly from the last two.
 std::vector<double> extended(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns);
 
+// Unit normals (rows, columns, 3), z upwards, of the surface through positions (rows, columns, 3): by differences of neighbours, one-sided
+// next to a gap (NaN); NaN without neighbours along an axis.
+std::vector<double> grid_normals(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns);
+
 // Writes the values (channels) where the grid's nodes are refine times as dense, at that row and column; nodes off the grid are those at
 // its border.
 void refined_value(const Nodes& nodes, std::ptrdiff_t row, std::ptrdiff_t column, std::ptrdiff_t refine, double* found);

@@ -6,6 +6,7 @@
 #include "bindings/border.hpp"
 #include "common/rows.hpp"
 #include "dots/blobs.hpp"
+#include "dots/deviation.hpp"
 #include "dots/finder.hpp"
 #include "dots/lattice.hpp"
 #include "dots/links.hpp"
@@ -138,6 +139,12 @@ void bind_dots(py::module_& parent) {
         module, "find_lattice",
         "Lattice of dots at finite positions, px; of the four possible directions of its rows the one within 45 degrees of u.",
         [](const Doubles& places) { return find_lattice(places, places.length()); }, "places (N, 2) [-1e12, 1e12]");
+    def(
+        module, "deviation",
+        "Whether dots at uv that are displaced by duv, NaN: unknown, are touched, and their largest deviation from a common affine motion,\n"
+        "px; sigma: standard deviation of a coordinate, NaN: unknown.",
+        [](const Rows2& uv, const Rows2& duv, const Eigen::VectorXd& sigma) { return members<2>(deviation(uv, duv, sigma)); },
+        "uv (N, 2) [-1e12, 1e12]", "duv (N, 2)", "sigma (N)");
     using T = TrackLinks;
     class_of<T>(module, "TrackLinks", "Links from tracks to the dots of a frame.", get("dot (M)", &T::dot, "of each track, -1 for none"),
                 get("position (M, 2)", &T::position, "px, of tracks without a link as their neighbours move"),

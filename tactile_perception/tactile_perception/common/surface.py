@@ -45,16 +45,7 @@ def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.
 def grid_normals(xyz: np.ndarray) -> np.ndarray:
     """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), m, out of the sensor: by differences of neighbours,
     one-sided next to a gap; NaN without neighbours."""
-    normal = np.cross(_slopes(xyz, 1), _slopes(xyz, 0))
-    size = np.linalg.norm(normal, axis=2, keepdims=True)
-    return normal / np.where(size > 0, size, np.nan)
-
-
-def _slopes(grid: np.ndarray, axis: int) -> np.ndarray:
-    """Differences from node to node along an axis: central, one-sided next to a gap, NaN without neighbours."""
-    step, none = np.diff(grid, axis=axis), np.full_like(np.take(grid, [0], axis), np.nan)
-    before, after = np.concatenate([none, step], axis), np.concatenate([step, none], axis)
-    return np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
+    return _core.common.grid_normals(np.asarray(xyz, float))
 
 
 def fill_unseen(grid: np.ndarray) -> np.ndarray:

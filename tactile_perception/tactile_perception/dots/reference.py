@@ -10,11 +10,11 @@ which are independent between neighbours; a press leaves residuals that are corr
 """
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from .. import _core
 from ..common.neighbours import Neighbours
 from ..common.statistics import upper_median
 from ..core.errors import BadArgument
@@ -37,12 +37,7 @@ _GRID_PART, _GRID_SIZE = 0.3, 0.01  # as _SHARED_PART: irregular prints have up 
 _GRID_KEPT = 85  # percent
 _VIEW_STEPS, _VIEW_STEP = 8, 0.3  # steps of the fit of the view, and the largest one, in half sizes of the grid
 _SLOPE, _VIEW_RANK = 1e-4, 1e-5  # differences of its numerical derivatives; a view without distortion shows no centre of it
-# Contact: by deviations from the motion that all dots share, of which drift is an affine one
-_QUIET, _QUIET_FLOOR = 5.0, 0.1  # standard deviations, and px, beyond which a contact displaces a dot: changes of light shift it by less
-_MEDIAN_OF_TWO = math.sqrt(2 * math.log(2))  # standard deviations of one coordinate: median of the distance in two
-_OUTLIERS = 0.01  # of the dots, that may deviate so
-_DRIFTED = 0.5  # px, median displacement that is contact: drift is followed before it grows so far
-_FEWEST_AFFINE = 8  # dots for an affine fit
+# Contact: by deviations from the motion that all dots share (kernel: src/dots/deviation.cpp)
 # What a contact leaves behind (creep of the pad, shifted print) looks like a small lasting one, and is followed as drift: it is small,
 # small against the contact before it, and still for some time.
 _RELEASED, _LARGEST = 0.15, 1.0  # of the largest size of a contact, and px, largest residue
@@ -207,7 +202,7 @@ class _Contact:
 
     def judge(self, id: np.ndarray, uv: np.ndarray, duv: np.ndarray, sigma: np.ndarray, stamp_s: float) -> bool:
         """Whether dots id (N,) at uv (N, 2), displaced by duv (N, 2) px, NaN: unknown, are touched; sigma: (N,) px."""
-        moved, size = _deviation(uv, duv, sigma)
+        moved, size = _core.dots.deviation(uv, duv, sigma)
         if not moved:
             self.forget()
             return False
@@ -233,25 +228,6 @@ class _Contact:
         known = sigma[np.isfinite(sigma)]
         limit = max(_REST, _REST_NOISE * upper_median(known)) if len(known) else _REST
         return _ranked(square, _NEARLY_ALL * (len(square) - 1)) < limit**2
-
-
-def _deviation(uv, duv, sigma) -> tuple[bool, float]:
-    """Whether more dots than outliers deviate from the common affine motion, or all have moved farther than drift; and the largest
-    deviation without outliers, px."""
-    known = np.isfinite(duv[:, 0])
-    if not known.all():
-        uv, duv, sigma = uv[known], duv[known], sigma[known]
-    if not len(uv):
-        return False, 0.0
-    shared = math.sqrt(upper_median(np.einsum('nk,nk->n', duv, duv)))
-    if len(uv) < _FEWEST_AFFINE:
-        return bool(shared > _DRIFTED), shared
-    away = np.hypot(*_robust_residual(_affine(uv), duv, _KEPT, rounds=2).T)
-    if not np.isfinite(sigma).all():  # of a detector that states no noise: that of the dots that are still
-        sigma = np.where(np.isfinite(sigma), sigma, upper_median(away) / _MEDIAN_OF_TWO)
-    leaving = np.count_nonzero(away > np.maximum(_QUIET * sigma, _QUIET_FLOOR))
-    size = max(_ranked(away, (1 - _OUTLIERS) * (len(away) - 1)), shared)
-    return bool(leaving > _OUTLIERS * len(uv) or shared > _DRIFTED), size
 
 
 def _ranked(values: np.ndarray, rank: float) -> float:
@@ -295,10 +271,10 @@ def _affine(uv) -> np.ndarray:
     return np.concatenate([np.ones((len(uv), 1)), uv - uv[0]], axis=1)
 
 
-def _robust_residual(basis, values, kept_percent, rounds=_ROUNDS) -> np.ndarray:
+def _robust_residual(basis, values, kept_percent) -> np.ndarray:
     """Residuals (N, 2) of values (N, 2) after a least-squares fit of basis (N, K) to those with the least ones."""
     used, wanted, left = basis, values, None
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         if left is not None:
             square = np.einsum('nk,nk->n', left, left)
             kept = square <= _ranked(square, kept_percent / 100 * (len(square) - 1))

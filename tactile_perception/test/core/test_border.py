@@ -101,6 +101,7 @@ CALLS = {
     'scores': (lambda **a: [border_network().scores(_core.touchpad.DotLoads(**LOADS | a), pitch=1.3e-3, **GRID)], LOADS),
     'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
     'nearest_points': (lambda **a: list(_core.common.nearest_points(**BETWEEN | a, count=3)), BETWEEN),
+    'grid_normals': (lambda xyz=WIDE: [_core.common.grid_normals(xyz)], {'xyz': WIDE}),
     'extend_surface': (lambda xyz=WIDE: [_core.common.extend_surface(xyz)], {'xyz': WIDE}),
     'find_outlines': (lambda **a: _core.common.find_outlines(**SCORE | a, level=0.5, ceiling=1.0, refine=2), SCORE),
     'region_axes': (lambda **a: [_core.common.region_axes(**AXES | a, pitch=1e-3)], AXES),

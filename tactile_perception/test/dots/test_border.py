@@ -15,6 +15,7 @@ SMALL = np.arange(600, dtype=np.uint8).reshape(20, 30)
 REGIONS = {'image': np.repeat(np.repeat(SMALL, 2, 0), 2, 1), 'small': SMALL, 'labels': np.ones((20, 30), np.uint16),
            'box': np.array([[3, 4, 10, 12]], np.int32), 'centre': np.array([[8.0, 9.0]]), 'label': np.ones(1, np.uint16)}
 TRACKS = {'last': UV, 'predicted': UV + 1.0, 'first': UV - 3.0, 'seen': np.ones(len(UV), bool), 'dots': UV + 0.8}
+MOVED = {'uv': UV, 'duv': 0.3 * np.sin(UV), 'sigma': np.full(len(UV), 0.02)}
 LOOK, MODEL = Appearance('grey', 1, 4.0, 6.0, 8.0, 0.9, -100.0, 150.0, 2.0), DiscModel(4.0, 8.0, 0.9)
 TABLES = {name: getattr(MODEL, name) for name in ('basis', 'estimators', 'modes', 'gains', 'levers', 'profile')}
 
@@ -40,6 +41,7 @@ CALLS = {
     'DotFinder': (call_finder, {'image': IMAGE, **TABLES}),
     'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'link_tracks': (lambda **arrays: arrays_of(dots.link_tracks(**TRACKS | arrays, size=(300.0, 200.0)), 'dot', 'position'), TRACKS),
+    'deviation': (lambda **arrays: list(dots.deviation(**MOVED | arrays)), MOVED),
     'find_lattice': (lambda places=UV: arrays_of(dots.find_lattice(places), 'rc', 'member'), {'places': UV}),
 }
 
