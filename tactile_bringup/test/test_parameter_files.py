@@ -13,7 +13,7 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source
 from tactile_driver.sources.source import EndOfSource
-from tactile_perception.bags.replay import make_stage
+from tactile_perception.bags.replay import make_stage, read_sensor_type
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.core.parameter_files import read_parameters
 from tactile_perception.core.sensor_type import NODES, SENSOR_TYPES
@@ -45,6 +45,19 @@ def test_the_files_of_marker_sensors_describe_the_sensor(name):
         values = read_parameters(FOLDER / file, NODE, MARKER_PARAMETERS)
         assert (values['sensor_type'], values['polarity'], values['detection']) == (name, 'bright', 'blobs')
         assert marker_sensor(values) == MARKER_SENSORS[name]
+
+
+@pytest.mark.parametrize('name', sorted(p.name for p in FOLDER.glob('*.yaml')))
+def test_driver_and_perception_accept_each_file(name):
+    kind = SENSOR_TYPES[read_sensor_type(FOLDER / name)]
+    make_stage(FOLDER / name)
+    if kind.driver == 'camera_node':
+        read_parameters(FOLDER / name, kind.driver, CAMERA_PARAMETERS)
+
+
+def test_a_digit_is_read_in_a_format_that_it_has():
+    values = read_parameters(FOLDER / 'digit_photometric.yaml', 'camera_node', CAMERA_PARAMETERS)
+    assert (values['width'], values['height'], values['rate']) in {(320, 240, 60.0), (320, 240, 30.0), (640, 480, 30.0), (640, 480, 15.0)}
 
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))

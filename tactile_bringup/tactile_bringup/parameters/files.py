@@ -67,6 +67,10 @@ _PHOTOMETRIC = ('# A gel with an opaque skin that lamps of several colours light
 _PHOTOMETRIC_MINI = ('# GelSight Mini without markers: depth, contact region, contacts.\n'
                      "# The scale is by its maker's software: 0.0634 mm a pixel of 320 x 240. A calibration with a ball is needed\n"
                      '# (docs/photometric_gel.md).\n')
+_PHOTOMETRIC_DIGIT = ("# DIGIT without markers: depth, contact region, contacts. The format is by its maker's software, digit.py of\n"
+                      '# github.com/facebookresearch/digit-interface: 320 x 240 at 60 or 30 images a second, 640 x 480 at 30 or 15.\n'
+                      '# Its lamps are set by the camera control zoom; all bright: v4l2-ctl -d DEVICE -c zoom_absolute=4095\n'
+                      '# The scale is not published: measure it as gel.scale, and calibrate with a ball (docs/photometric_gel.md).\n')
 _FORCES = ('# Taxels that measure a force vector each, as XELA uSkin, Paxini, PapillArray: contact region, contacts, slip, wrench.\n'
            '# layout names the file with their positions (docs/force_taxels.md).\n')
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
@@ -179,6 +183,7 @@ def parameter_files() -> dict[str, str]:
         'dots_sim': _text('dots', _DOTS_SIM, {'scene': 'gel_demo'}, whole=False),
         'photometric_gel': _text('photometric_gel', _PHOTOMETRIC, {}),
         'gelsight_mini_photometric': _text('photometric_gel', _PHOTOMETRIC_MINI, {'width': 640, 'height': 480, 'gel.scale': 3.17e-05}),
+        'digit_photometric': _text('photometric_gel', _PHOTOMETRIC_DIGIT, {'width': 320, 'height': 240, 'rate': 60.0}),
         'photometric_gel_sim': _text('photometric_gel', _SIMULATED.format('photometric_gel'), {
             'scene': 'photometric_demo', 'gel.scale': photometric_gel.SCALE}, whole=False),
         'force_taxels': _text('force_taxels', _FORCES, {}),
