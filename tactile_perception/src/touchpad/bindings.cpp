@@ -114,7 +114,7 @@ DotLoads made_loads(const Doubles& xyz, const std::uint8_t* seen, const Doubles&
 
 void bind_membrane(py::module_& module) {
     using M = MembraneModel;
-    record(module, "MembraneModel", "What decides about the positions of dots: docs/constants.md.", field("misfit [0, 1e200]", &M::misfit),
+    record(module, "MembraneModel", "Constants of the positions and loads of dots: docs/constants.md.", field("misfit [0, 1e200]", &M::misfit),
            field("touched [0, 1e200]", &M::touched), field("lighter [0, 1e200]", &M::lighter), field("heavier [0, 1e200]", &M::heavier),
            field("coupling [0, 1e200]", &M::coupling), field("evidence [0, 1e200]", &M::evidence), field("most [0, 1e200]", &M::most),
            field("tail [0, 1e200]", &M::tail), field("smoothed [0, 1e200]", &M::smoothed), field("residual [0, 1e200]", &M::residual),
@@ -203,18 +203,18 @@ void bind_contact(py::module_& module) {
             return std::make_shared<Net>(Net{w1.vector(), b1.vector(), w2.vector(), b2.vector(), w3.vector(), b3});
         },
         "weights_1 (51, 48)", "biases_1 (48)", "weights_2 (48, 16)", "biases_2 (16)", "weights_3 (16)", "bias_3");
-    static_assert(Net::FED == 51 && Net::FIRST == 48 && Net::SECOND == 16);
+    static_assert(Net::INPUTS == 51 && Net::FIRST == 48 && Net::SECOND == 16);
     def(network, "scores -> (K)", "Half a dot's distance from the border, pitches, plus 1/2, 0 to 1; pitch: m.", scores, "loads",
         py::kw_only(), "rows", "columns", "pitch [1e-9, 1e9]");
     using M = StickSlipModel;
-    record(module, "StickSlipModel", "What decides about stick or slip, SI units: docs/stick_slip.md.",
+    record(module, "StickSlipModel", "Constants of stick or slip, SI units: docs/stick_slip.md.",
            field("depth_noise [0, 1e200]", &M::depth_noise), field("strain [0, 1e200]", &M::strain), field("creep [0, 1e200]", &M::creep),
            field("slip [0, 1e200]", &M::slip), field("drift [0, 1e200]", &M::drift), field("acceleration [0, 1e200]", &M::acceleration),
            field("friction [0, 1e200]", &M::friction), field("friction_spread [0, 1e200]", &M::friction_spread),
            field("friction_noise [0, 1e200]", &M::friction_noise), field("aim [0, 1e200]", &M::aim), field("rate [0, 1e200]", &M::rate),
            field("share [0, 1e200]", &M::share));
     using T = TouchingObject;
-    class_of<T>(module, "TouchingObject", "An object that touches. Modes: held, slipping in part, sliding, at rest.",
+    class_of<T>(module, "TouchingObject", "An object in contact. Modes: held, partly held, sliding, at rest.",
                 get("count", &T::count, "dots judged, 0 of a new one"), get("odds (4)", &T::odds, "of the modes"),
                 get("slipping (4)", &T::slipping, "share of the dots that slip in each mode"));
     auto tracker =

@@ -14,33 +14,36 @@
 namespace tactile {
 namespace {
 
-// The network was fitted to the true outlines of simulated contacts of random tools (test/benchmark/fit_contact_score.py):
-// to the loads and the skin's bends within two dots, and to the spread of all loads, which is small where glare leaves the ranges little
-// weight and the balance places the dots. Its mean over the grid's eight symmetries does not depend on how the grid is turned.
+// The network was fitted to the true outlines of simulated contacts of random tools (test/benchmark/fit_contact_score.py). Its inputs are
+// the loads and the skin's bends within two dots, and the spread of all loads, which is small where glare gives the ranges little weight
+// and the balance of forces determines the positions. The mean over the grid's eight symmetries does not depend on the orientation of the
+// grid.
 
-constexpr std::ptrdiff_t REACH = BorderNetwork::REACH, NEXT = BorderNetwork::NEXT, KINDS = BorderNetwork::KINDS, FED = BorderNetwork::FED;
+constexpr std::ptrdiff_t RADIUS = BorderNetwork::RADIUS, NEIGHBOURS = BorderNetwork::NEIGHBOURS, MAPS = BorderNetwork::MAPS,
+                         INPUTS = BorderNetwork::INPUTS;
 constexpr std::ptrdiff_t FIRST = BorderNetwork::FIRST, SECOND = BorderNetwork::SECOND;
 constexpr int SYMMETRIES = 8;
-constexpr double NEAR = 0.3;  // load from which a dot and those beside it are judged: noise makes less. Chosen, as are the limits below
-constexpr double LIGHTEST = -1, HEAVIEST = 4, STEEPEST = 0.5, LEAST_SPREAD = 0.02, MOST_SPREAD = 0.06;
+constexpr double MIN_LOAD = 0.3;  // load from which a dot and its neighbours are scored; noise is lower
+// Limits of the inputs: load, bend in pitches, spread of the loads.
+constexpr double LOWEST_LOAD = -1, HIGHEST_LOAD = 4, MAX_BEND = 0.5, MIN_SPREAD = 0.02, MAX_SPREAD = 0.06;
 constexpr float BEND_SCALE = 4, SPREAD_SCALE = 20;
 
-float limited(double value, double least, double most) {
-    return static_cast<float>(value > least ? std::min(value, most) : value <= least ? least : 0);  // 0 of NaN
+float limited(double value, double lowest, double highest) {
+    return static_cast<float>(value > lowest ? std::min(value, highest) : value <= lowest ? lowest : 0);  // 0 of NaN
 }
 
-// Values (rows, columns) with REACH zeros around them.
+// Values (rows, columns) with RADIUS zeros around them.
 struct Padded {
     std::ptrdiff_t width;
     std::vector<float> values;
-    explicit Padded(Grid grid) : width(grid.columns + 2 * REACH), values((grid.rows + 2 * REACH) * width) {}
-    std::ptrdiff_t place(Grid grid, std::ptrdiff_t k) const { return (k / grid.columns + REACH) * width + k % grid.columns + REACH; }
+    explicit Padded(Grid grid) : width(grid.columns + 2 * RADIUS), values((grid.rows + 2 * RADIUS) * width) {}
+    std::ptrdiff_t index(Grid grid, std::ptrdiff_t k) const { return (k / grid.columns + RADIUS) * width + k % grid.columns + RADIUS; }
 };
 
-// How far the four dots next to an inner dot stand out of its tangent plane, pitches.
-double bend(Grid grid, std::ptrdiff_t k, const double* places, const double* normals, double pitch) {
-    const Vec3 here = vec3_at(places, k), beside = vec3_at(places, k - 1) + vec3_at(places, k + 1) + vec3_at(places, k - grid.columns) +
-                                                   vec3_at(places, k + grid.columns);
+// Sum of the distances of the four adjacent dots from an inner dot's tangent plane, pitches.
+double bend(Grid grid, std::ptrdiff_t k, const double* positions, const double* normals, double pitch) {
+    const Vec3 here = vec3_at(positions, k), beside = vec3_at(positions, k - 1) + vec3_at(positions, k + 1) +
+                                                      vec3_at(positions, k - grid.columns) + vec3_at(positions, k + grid.columns);
     return dot(beside - 4.0 * here, vec3_at(normals, k)) / pitch;
 }
 
@@ -48,19 +51,19 @@ double bend(Grid grid, std::ptrdiff_t k, const double* places, const double* nor
 float spread_of(Grid grid, const double* load) {
     std::vector<double> sizes(grid.size());
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) sizes[k] = std::isnan(load[k]) ? 0.0 : std::abs(load[k]);
-    return limited(median(std::move(sizes)), LEAST_SPREAD, MOST_SPREAD);
+    return limited(median(std::move(sizes)), MIN_SPREAD, MAX_SPREAD);
 }
 
-// Offsets in padded values of what is fed in, for each symmetry of the square.
+// Offsets of the inputs in the padded values, for each symmetry of the square.
 struct Offsets {
-    std::ptrdiff_t next[SYMMETRIES][NEXT];
+    std::ptrdiff_t next[SYMMETRIES][NEIGHBOURS];
     explicit Offsets(std::ptrdiff_t width) {
-        for (int way = 0; way < SYMMETRIES; ++way) {
-            std::ptrdiff_t* offset = next[way];
-            for (std::ptrdiff_t row = -REACH; row <= REACH; ++row) {
-                for (std::ptrdiff_t column = -REACH; column <= REACH; ++column) {
-                    const std::ptrdiff_t down = (way & 1) ? -row : row, across = (way & 2) ? -column : column;
-                    *offset++ = (way & 4) ? across * width + down : down * width + across;
+        for (int symmetry = 0; symmetry < SYMMETRIES; ++symmetry) {
+            std::ptrdiff_t* offset = next[symmetry];
+            for (std::ptrdiff_t row = -RADIUS; row <= RADIUS; ++row) {
+                for (std::ptrdiff_t column = -RADIUS; column <= RADIUS; ++column) {
+                    const std::ptrdiff_t down = (symmetry & 1) ? -row : row, across = (symmetry & 2) ? -column : column;
+                    *offset++ = (symmetry & 4) ? across * width + down : down * width + across;
                 }
             }
         }
@@ -69,29 +72,29 @@ struct Offsets {
 
 typedef float Eight __attribute__((vector_size(8 * sizeof(float))));
 
-constexpr int PAIR = 2;  // symmetries that are judged at once: each weight is read once for both
+constexpr int PAIR = 2;  // symmetries that are computed at once: each weight is read once for both
 
-// Adds to units, eight times N of them of each of the pair, what numbers (count) that are fed in give them by their weights.
+// Adds the weighted inputs (count) of a pair to its units, 8 N each.
 template <std::ptrdiff_t N>
-TACTILE_INLINE void feed(const float* const (&fed)[PAIR], std::ptrdiff_t count, const float* weights, Eight (&units)[PAIR][N]) {
+TACTILE_INLINE void feed(const float* const (&inputs)[PAIR], std::ptrdiff_t count, const float* weights, Eight (&units)[PAIR][N]) {
     for (std::ptrdiff_t j = 0; j < count; ++j) {
         for (std::ptrdiff_t i = 0; i < N; ++i, weights += 8) {
             Eight some;
             std::memcpy(&some, weights, sizeof some);
-            for (int one = 0; one < PAIR; ++one) units[one][i] += fed[one][j] * some;
+            for (int one = 0; one < PAIR; ++one) units[one][i] += inputs[one][j] * some;
         }
     }
 }
 
-// The sum of the network's answers, pitches, to the numbers fed in by a pair.
-TACTILE_INLINE float answers(const BorderNetwork& network, const float (&fed)[PAIR][FED]) {
+// Sum of the distances, in pitches, that the network estimates for a pair of inputs.
+TACTILE_INLINE float distance_sum(const BorderNetwork& network, const float (&inputs)[PAIR][INPUTS]) {
     Eight first[PAIR][FIRST / 8], second[PAIR][SECOND / 8];
     float units[PAIR][FIRST], total = 0;
     for (int one = 0; one < PAIR; ++one) {
         std::memcpy(first[one], network.biases_1.data(), sizeof first[one]);
         std::memcpy(second[one], network.biases_2.data(), sizeof second[one]);
     }
-    feed({fed[0], fed[1]}, FED, network.weights_1.data(), first);
+    feed({inputs[0], inputs[1]}, INPUTS, network.weights_1.data(), first);
     std::memcpy(units, first, sizeof units);
     for (float(&of_one)[FIRST] : units) {
         for (float& unit : of_one) unit = unit > 0 ? unit : 0;
@@ -106,20 +109,20 @@ TACTILE_INLINE float answers(const BorderNetwork& network, const float (&fed)[PA
     return total;
 }
 
-TACTILE_WIDE void judge(const BorderNetwork& network, Grid grid, const std::vector<std::uint8_t>& near, const Padded (&maps)[KINDS],
-                        float spread, double* found) {
+TACTILE_WIDE void score_dots(const BorderNetwork& network, Grid grid, const std::vector<std::uint8_t>& near, const Padded (&maps)[MAPS],
+                             float spread, double* found) {
     const Offsets offsets(maps[0].width);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         if (!near[k]) continue;
-        const std::ptrdiff_t at = maps[0].place(grid, k);
-        float total = 0, fed[PAIR][FED];
-        for (int way = 0; way < SYMMETRIES; ++way) {
-            float* here = fed[way % PAIR];
-            for (std::ptrdiff_t kind = 0; kind < KINDS; ++kind) {
-                for (std::ptrdiff_t j = 0; j < NEXT; ++j) *here++ = maps[kind].values[at + offsets.next[way][j]];
+        const std::ptrdiff_t at = maps[0].index(grid, k);
+        float total = 0, inputs[PAIR][INPUTS];
+        for (int symmetry = 0; symmetry < SYMMETRIES; ++symmetry) {
+            float* here = inputs[symmetry % PAIR];
+            for (std::ptrdiff_t map = 0; map < MAPS; ++map) {
+                for (std::ptrdiff_t j = 0; j < NEIGHBOURS; ++j) *here++ = maps[map].values[at + offsets.next[symmetry][j]];
             }
             *here = spread;
-            if (way % PAIR == PAIR - 1) total += answers(network, fed);
+            if (symmetry % PAIR == PAIR - 1) total += distance_sum(network, inputs);
         }
         found[k] = std::clamp(0.5 + total / (2.0 * SYMMETRIES), 0.0, 1.0);
     }
@@ -130,18 +133,18 @@ TACTILE_WIDE void judge(const BorderNetwork& network, Grid grid, const std::vect
 std::vector<double> border_scores(const BorderNetwork& network, Grid grid, const DotLoads& loads, double pitch) {
     std::vector<double> found(grid.size());
     std::vector<std::uint8_t> near(grid.size());
-    Padded maps[KINDS] = {Padded(grid), Padded(grid)};
+    Padded maps[MAPS] = {Padded(grid), Padded(grid)};
     bool any = false;
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
-        const std::ptrdiff_t at = maps[0].place(grid, k);
-        maps[0].values[at] = limited(loads.load[k], LIGHTEST, HEAVIEST);
+        const std::ptrdiff_t at = maps[0].index(grid, k);
+        maps[0].values[at] = limited(loads.load[k], LOWEST_LOAD, HIGHEST_LOAD);
         if (inner)
-            maps[1].values[at] = BEND_SCALE * limited(bend(grid, k, loads.xyz.data(), loads.normal.data(), pitch), -STEEPEST, STEEPEST);
-        if (!(loads.load[k] > NEAR)) return;
+            maps[1].values[at] = BEND_SCALE * limited(bend(grid, k, loads.xyz.data(), loads.normal.data(), pitch), -MAX_BEND, MAX_BEND);
+        if (!(loads.load[k] > MIN_LOAD)) return;
         any = true;
         around(grid, k, [&](std::ptrdiff_t j) { near[j] = 1; });
     });
-    if (any) judge(network, grid, near, maps, SPREAD_SCALE * spread_of(grid, loads.load.data()), found.data());
+    if (any) score_dots(network, grid, near, maps, SPREAD_SCALE * spread_of(grid, loads.load.data()), found.data());
     return found;
 }
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Where the border of a contact is.
+// Scores of dots by their distance from the border of a contact.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,18 @@
 
 namespace tactile {
 
-// A network of two hidden layers (rectified linear units) that tells a dot's distance from the border, pitches. Weights: a row for each
-// number that is fed in.
+/// A network of two hidden layers (rectified linear units) that estimates a dot's distance from the border, in pitches. The weights have a
+/// row for each input.
 struct BorderNetwork {
-    static constexpr std::ptrdiff_t REACH = 2, SIDE = 2 * REACH + 1, NEXT = SIDE * SIDE;  // dots, of what is fed in around each
-    static constexpr std::ptrdiff_t KINDS = 2, FED = KINDS * NEXT + 1;                    // loads and bends; and the spread of all loads
-    static constexpr std::ptrdiff_t FIRST = 48, SECOND = 16;                              // units of the hidden layers
+    static constexpr std::ptrdiff_t RADIUS = 2, SIDE = 2 * RADIUS + 1, NEIGHBOURS = SIDE * SIDE;  // dots around each one that are inputs
+    static constexpr std::ptrdiff_t MAPS = 2, INPUTS = MAPS * NEIGHBOURS + 1;  // loads and bends; and the spread of all loads
+    static constexpr std::ptrdiff_t FIRST = 48, SECOND = 16;                   // units of the hidden layers
     std::vector<float> weights_1, biases_1, weights_2, biases_2, weights_3;
     float bias_3 = 0;
 };
 
-// Scores (K) of the dots: half a dot's distance from the border, pitches, plus 1/2, between 0, a pitch outside, and 1, a pitch inside; 0
-// where no dot next to it carries a load. pitch: of the dots, m.
+/// Scores (K) of the dots: half of a dot's distance from the border, in pitches, plus 1/2. It is 0 from a pitch outside on, 1 from a pitch
+/// inside on, and 0 where no adjacent dot carries a load. pitch: of the dots, m.
 std::vector<double> border_scores(const BorderNetwork& network, Grid grid, const DotLoads& loads, double pitch);
 
 }  // namespace tactile

@@ -12,15 +12,15 @@
 namespace tactile {
 namespace {
 
-constexpr double SIGNIFICANT = 4.0;  // standard deviations by which a curvature must differ from zero; chosen
-constexpr double BENT = 0.1;         // rad, turn of the normal from a region's centre to its border below which it is a face; chosen
-constexpr double ROUND = 2.5;        // largest ratio of the principal curvatures of a fingertip; chosen
-constexpr double REACH = 2.6;        // pitches around the deepest dot in which a quadratic smooths the depth: 21 dots; chosen
-constexpr double BETWEEN = 0.6;  // pitches to the nearest dot within which a maximum lies between dots; chosen: over half a diagonal less
-constexpr int QUADRATIC = 9;     // fewest dots for the six coefficients of a quadratic; chosen
-constexpr int FEWEST = 5;        // fewest dots for the four coefficients of an isotropic quadratic; chosen
-constexpr double RIDGE = 1e-10;  // of normal equations with columns of about 1; chosen
-constexpr double FINGERTIP = 8e-3;  // m, radius of a typical fingertip
+constexpr double CURVATURE_SIGMAS = 4.0;     // standard deviations by which a curvature must differ from zero
+constexpr double MIN_NORMAL_TURN = 0.1;      // rad from a region's centre to its border; a surface that turns less is a face
+constexpr double MAX_CURVATURE_RATIO = 2.5;  // of the principal curvatures of a fingertip
+constexpr double DEPTH_FIT_RADIUS = 2.6;     // pitches around the deepest dot in which a quadratic smooths the depth: 21 dots
+constexpr double MAX_PEAK_DISTANCE = 0.6;    // pitches from the nearest dot to a maximum of that quadratic: just under half a diagonal
+constexpr int MIN_DOTS_FOR_QUADRATIC = 9;    // which has six coefficients
+constexpr int MIN_DOTS_FOR_CURVATURE = 5;    // of an isotropic quadratic, which has four coefficients
+constexpr double RIDGE = 1e-10;              // of normal equations with columns of about 1
+constexpr double FINGERTIP_RADIUS = 8e-3;    // m, of a typical fingertip
 
 using Points = Eigen::Matrix3Xd;
 
@@ -120,16 +120,16 @@ Tip round_tip(const Points& points, const Eigen::Vector3d& normal, double sigma)
     Eigen::Matrix3d axes;
     axes << first, second, normal;
     const Points local = axes.transpose() * points;
-    const Bend bend = local.cols() >= QUADRATIC ? principal_bend<6>(local, sigma) : principal_bend<4>(local, sigma);
+    const Bend bend = local.cols() >= MIN_DOTS_FOR_QUADRATIC ? principal_bend<6>(local, sigma) : principal_bend<4>(local, sigma);
     Tip tip;
     if (!bend.found) return tip;
     bool curved[2];
     for (int k = 0; k < 2; ++k) {
         const Eigen::ArrayXd along = (bend.direction.col(k).transpose() * local.topRows<2>()).transpose();
         const double reach = 2 * std::sqrt((along - along.mean()).square().mean());
-        curved[k] = bend.curvature[k] > SIGNIFICANT * bend.curvature_sd[k] && bend.curvature[k] * reach > BENT;
+        curved[k] = bend.curvature[k] > CURVATURE_SIGMAS * bend.curvature_sd[k] && bend.curvature[k] * reach > MIN_NORMAL_TURN;
     }
-    if (curved[0] && curved[1] && bend.curvature[1] < ROUND * bend.curvature[0]) return sphere_tip(points, sigma);
+    if (curved[0] && curved[1] && bend.curvature[1] < MAX_CURVATURE_RATIO * bend.curvature[0]) return sphere_tip(points, sigma);
     for (int k = 0; k < 2; ++k) {
         if (!curved[k]) continue;
         const Eigen::Vector3d direction = axes.leftCols<2>() * bend.direction.col(k);
@@ -160,8 +160,8 @@ ContactPosition contact_point(const double* points, std::ptrdiff_t count, const 
                               const Nodes& wide) {
     const Eigen::Vector3d variance = centroid_variance(region, border, count), &centroid = region.centroid, &normal = region.normal;
     ContactPosition found{centroid, variance.asDiagonal(), normal};
-    if (count < FEWEST) {  // as the tip of a fingertip of unknown shape: its offset grows with the surface's tilt
-        const Eigen::Vector2d away = normal.head<2>() * FINGERTIP;
+    if (count < MIN_DOTS_FOR_CURVATURE) {  // as the tip of a fingertip of unknown shape: its offset grows with the surface's tilt
+        const Eigen::Vector2d away = normal.head<2>() * FINGERTIP_RADIUS;
         found.covariance.topLeftCorner<2, 2>() += away * away.transpose();
         return found;
     }
@@ -170,7 +170,7 @@ ContactPosition contact_point(const double* points, std::ptrdiff_t count, const 
     const SurfacePoint surface = surface_at(wide, centroid.x() + tip.offset.x(), centroid.y() + tip.offset.y());
     found.position = {surface.point.x, surface.point.y, surface.point.z};
     found.normal = {surface.normal.x, surface.normal.y, surface.normal.z};
-    const Eigen::Matrix2d across = Eigen::Matrix2d::Identity() - tip.projector;  // there the centroid's covariance is left
+    const Eigen::Matrix2d across = Eigen::Matrix2d::Identity() - tip.projector;  // there the centroid's covariance applies
     found.covariance.topLeftCorner<2, 2>() = across * variance.head<2>().asDiagonal() * across.transpose() + tip.covariance;
     return found;
 }
@@ -187,9 +187,9 @@ double contact_depth(const double* points, std::ptrdiff_t count, const RestCap& 
     std::vector<std::ptrdiff_t> near;
     const Eigen::ArrayXd east = (at.row(0) - at(0, deepest)) / pitch, north = (at.row(1) - at(1, deepest)) / pitch;
     for (std::ptrdiff_t i = 0; i < count; ++i) {
-        if (std::isfinite(gap[i]) && east[i] * east[i] + north[i] * north[i] < REACH * REACH) near.push_back(i);
+        if (std::isfinite(gap[i]) && east[i] * east[i] + north[i] * north[i] < DEPTH_FIT_RADIUS * DEPTH_FIT_RADIUS) near.push_back(i);
     }
-    if (near.size() < QUADRATIC) return gap[deepest];
+    if (near.size() < MIN_DOTS_FOR_QUADRATIC) return gap[deepest];
     const Eigen::ArrayXd x = east(near), y = north(near), depth = gap(near);
     const auto terms = quadratic_terms<6>(x, y);
     const ScaledFit<6> fit(terms, depth, 10 * RIDGE);
@@ -197,10 +197,10 @@ double contact_depth(const double* points, std::ptrdiff_t count, const RestCap& 
     const auto& c = fit.coefficients;
     const double best = (terms * c).maxCoeff(), across = c[3] * c[5] - c[4] * c[4];
     if (c[3] >= 0 || across <= 0) return best;  // no maximum
-    // At the dots or between them: it is not extrapolated.
+    // The maximum is not extrapolated beyond the dots.
     const double top_x = (c[4] * c[2] - c[5] * c[1]) / across, top_y = (c[4] * c[1] - c[3] * c[2]) / across;
     const double apart = std::sqrt(((x - top_x).square() + (y - top_y).square()).minCoeff());
-    return apart < BETWEEN ? std::max(best, c[0] + 0.5 * (c[1] * top_x + c[2] * top_y)) : best;
+    return apart < MAX_PEAK_DISTANCE ? std::max(best, c[0] + 0.5 * (c[1] * top_x + c[2] * top_y)) : best;
 }
 
 }  // namespace tactile

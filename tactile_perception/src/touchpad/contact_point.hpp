@@ -11,7 +11,7 @@
 
 namespace tactile {
 
-/// A region of dots: m and m^2; pitch: of the dots; sigma: standard deviation of a coordinate of a dot.
+/// A region of dots, in m and m^2; pitch: of the dots; sigma: standard deviation of a coordinate of a dot.
 struct RegionShape {
     Eigen::Vector3d centroid, normal;
     double area = 0, pitch = 1, sigma = 0;
@@ -24,25 +24,26 @@ struct RegionBorder {
     std::ptrdiff_t loops;
 };
 
+/// Contact point, m, its covariance, m^2, and the unit normal of the surface there.
 struct ContactPosition {
     Eigen::Vector3d position;
     Eigen::Matrix3d covariance;
     Eigen::Vector3d normal;
 };
 
-// Contact point on the surface wide (see dot_surface) of a region whose dots are at points (count, 3). The dots lie on the object. Along a
-// principal direction in which they curve like a fingertip, the contact point is the lowest point of the fitted curve; along one without
-// curvature (a face, an edge), it is the area centroid. With too few dots for a fit the covariance covers both cases.
+/// Contact point on the surface wide (see dot_surface) of a region whose dots are at points (count, 3). The dots lie on the object. Along a
+/// principal direction in which they curve like a fingertip, the contact point is the lowest point of the fitted curve; along one without
+/// curvature (a face, an edge), it is the area centroid. With too few dots for a fit the covariance covers both cases.
 ContactPosition contact_point(const double* points, std::ptrdiff_t count, const RegionShape& region, const RegionBorder& border,
                               const Nodes& wide);
 
-// The upper half of a sphere around (0, 0, centre_z), m.
+/// The undeformed surface: the upper half of a sphere around (0, 0, centre_z), m.
 struct RestCap {
     double centre_z = 0, radius = 0;
 };
 
-// Largest height of the surface at rest over points (count, 3), m, by a quadratic fitted around the highest one; NaN without points
-// under it.
+/// Maximum height of the undeformed surface over points (count, 3), m, by a quadratic fitted around the deepest one; NaN if no point is
+/// below the surface.
 double contact_depth(const double* points, std::ptrdiff_t count, const RestCap& rest, double pitch);
 
 }  // namespace tactile

@@ -1,7 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Places of all dots from measured ranges and the balance of forces. Gauss-Newton steps in the ranges of all dots and the fluid's pressure
-// minimise
+// Positions of all dots from measured ranges and the balance of forces. Gauss-Newton steps in the ranges of all dots and the fluid's
+// pressure minimise
 //   sum w_i (range_i - measured_i)^2 + sum (load_k - expected load_k)^2 / s_k^2,
 // where each load is expected to be free or touched; the normal equations of the ranges are a band, bordered by the pressure.
 #include "touchpad/membrane.hpp"
@@ -21,7 +21,7 @@ namespace {
 
 // ---- Unseen dots.
 
-constexpr double UNKNOWN_WEIGHT = 0.5;  // chosen; a known neighbour weighs 1
+constexpr double UNKNOWN_WEIGHT = 0.5;  // of a neighbour whose value is unknown; a known one weighs 1
 
 // values (K, count): where known is false, each is replaced by the mean of its up to eight neighbours, as a soap film spans a hole
 // (Laplace's equation); unknown neighbours weigh half. All are 0 where nothing is known.
@@ -53,9 +53,9 @@ void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& know
 
 // ---- Loads.
 
-constexpr double SURE = 30.0;                           // largest log odds. Chosen
-constexpr double PRESSURE_ROUNDS[] = {0.3, 0.1, 0.06};  // scale of a free dot's load in each round; chosen, to the discretisation error
-constexpr double LEAST_PRESSURE = 0.1;                  // of the rest pressure; chosen
+constexpr double MAX_LOG_ODDS = 30.0;                   // of a load
+constexpr double PRESSURE_ROUNDS[] = {0.3, 0.1, 0.06};  // scale of a free dot's load in each round, down to the discretisation error
+constexpr double MIN_PRESSURE_SHARE = 0.1;              // of the rest pressure
 
 // Standard deviation of a touched dot's load: 1 under a face, hardly less anywhere, but 2 to 4 under a ball or an edge.
 double touched_spread(const MembraneModel& model, double load) {
@@ -101,7 +101,7 @@ void update_probabilities(const MembraneModel& model, Grid grid, const double* g
         touched[k] = 0;
         if (!inner) return;
         const double beside = (last[k - 1] + last[k + 1] + last[k - grid.columns] + last[k + grid.columns]) / 4;
-        touched[k] = 1 / (1 + std::exp(-std::clamp(gain[k] + model.coupling * (2 * beside - 1), -SURE, SURE)));
+        touched[k] = 1 / (1 + std::exp(-std::clamp(gain[k] + model.coupling * (2 * beside - 1), -MAX_LOG_ODDS, MAX_LOG_ODDS)));
     });
 }
 
@@ -111,8 +111,8 @@ Vec3 force_at(const Skin& skin, const Balance& balance, double pressure, std::pt
     return vec3_at(balance.elastic.data(), k) + pressure * pushed;
 }
 
-// Sets normals, forces and loads at the places. The fluid's pressure is that at which most inner dots are free, at least a tenth of that at
-// rest. Outermost dots have no balance: their forces and loads are 0.
+// Sets normals, forces and loads at the positions. The fluid's pressure is that at which most inner dots are free, at least a tenth of that
+// at rest. Outermost dots have no balance: their forces and loads are 0.
 void find_loads(const Skin& skin, DotLoads& found) {
     Balance usual = find_balance(skin, found.xyz.data(), skin.pressure);
     std::vector<double> wanted;  // by each inner dot: that at which it would be free
@@ -120,7 +120,7 @@ void find_loads(const Skin& skin, DotLoads& found) {
         const double value = skin.pressure - usual.load[k] / usual.by_pressure[k];
         if (inner && std::isfinite(value)) wanted.push_back(value);
     });
-    const double pressure = wanted.empty() ? skin.pressure : fluid_pressure(wanted, LEAST_PRESSURE * skin.pressure);
+    const double pressure = wanted.empty() ? skin.pressure : fluid_pressure(wanted, MIN_PRESSURE_SHARE * skin.pressure);
     found.force.assign(found.xyz.size(), 0), found.load.assign(skin.grid.size(), 0);
     each_dot(skin.grid, [&](std::ptrdiff_t k, bool inner) {
         if (!inner) return;
@@ -133,13 +133,14 @@ void find_loads(const Skin& skin, DotLoads& found) {
 
 // ---- A frame.
 
-constexpr double FAR_ENOUGH = 0.5e-3, FAR_SHARE = 0.02;  // m; chosen: update only while more of the dots than this are displaced by more
-constexpr double TRIAL = 0.01;                           // relative step of the finite difference; chosen
-constexpr double LARGEST_SCALE = 0.2;                    // largest error of the scale, and step; chosen
-constexpr double CALM = 0.3;  // sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free. Chosen
+constexpr double MIN_DISPLACEMENT = 0.5e-3,
+                 MIN_DISPLACED_SHARE = 0.02;  // m; the scale is updated while a larger share of the dots is displaced by more
+constexpr double SCALE_STEP = 0.01;           // relative step of the finite difference
+constexpr double MAX_SCALE_ERROR = 0.2;       // of the scale, and of its step
+constexpr double MAX_FREE_LOAD = 0.3;         // sum of the probabilities of a load over 3 x 3 dots, below which a dot counts as free
 
-// What a frame tells about all dots. rays (K, 3): unit; measured (K), m, with weight (K), 1/m^2, 0 where unknown; displaced (K), m: what is
-// measured less the range at rest, 0 where unknown; last (K), m: ranges in the last frame; seen (K).
+// The measurements of a frame for all dots. rays (K, 3): unit; measured (K), m, with weight (K), 1/m^2, 0 where unknown; displaced (K), m:
+// what is measured less the range at rest, 0 where unknown; last (K), m: ranges in the last frame; seen (K).
 struct WholeFrame {
     std::vector<double> rays, measured, weight, displaced, last;
     std::vector<std::uint8_t> seen;
@@ -202,7 +203,7 @@ struct Leaning {
 Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double* rays, const double* moved, double lifted, double scale,
                       double spread) {
     const Grid grid = skin.grid;
-    const double share = TRIAL / scale, higher = state.pressure + share * lifted;
+    const double share = SCALE_STEP / scale, higher = state.pressure + share * lifted;
     std::vector<double> moved_there(state.xyz);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k)
         store(moved_there.data(), k, vec3_at(moved_there.data(), k) + share * moved[k] * vec3_at(rays, k));
@@ -211,8 +212,9 @@ Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
         double loaded = 0;
         around(grid, k, [&](std::ptrdiff_t j) { loaded += state.touched[j]; });
-        if (!inner || !(loaded < CALM)) return;
-        const Vec3 pull = along_surface(skin, here, state.pressure, k), slope = 1 / TRIAL * (along_surface(skin, there, higher, k) - pull);
+        if (!inner || !(loaded < MAX_FREE_LOAD)) return;
+        const Vec3 pull = along_surface(skin, here, state.pressure, k),
+                   slope = 1 / SCALE_STEP * (along_surface(skin, there, higher, k) - pull);
         const double off = 1 + dot(pull, pull) / (4 * spread * spread), weight = 1 / (off * off);
         found.curvature += weight * dot(slope, slope);
         found.gradient += weight * dot(slope, pull);
@@ -222,12 +224,13 @@ Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double
 
 // ---- The solution.
 
-// Standard deviation of a free dot's load in each step from nothing and from the last frame, over the model's. Chosen: from loose to that.
+// Standard deviation of a free dot's load in each step from nothing and from the last frame, over the model's: from loose to that.
 constexpr double COLD[] = {5, 3.5, 2, 1.25, 0.75, 1}, WARM[] = {2, 1};
-constexpr double LARGEST_STEP = 4e-4, LARGEST_PRESSURE_STEP = 400.0;  // m and Pa a step; chosen, about 0.3 pitches, 0.2 rest pressures
-constexpr double HOLD = 1e6;               // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
-constexpr std::ptrdiff_t FEW = 3;          // changes of more than two steps above which a frame starts from the measured ranges; chosen
-constexpr double LEAST_STIFFNESS = 1e-12;  // of the pressure; chosen against division by 0
+constexpr double MAX_RANGE_STEP = 4e-4, MAX_PRESSURE_STEP = 400.0;  // m and Pa a step, about 0.3 pitches and 0.2 rest pressures
+constexpr double PRIOR_WEIGHT = 1e6;  // 1/m^2, of the start, for dots without other constraints: a standard deviation of 1 mm
+constexpr std::ptrdiff_t MAX_FAST_DOTS =
+    3;  // dots that changed by more than two steps, above which a frame starts from the measured ranges
+constexpr double MIN_PRESSURE_STIFFNESS = 1e-12;  // against division by 0
 
 // Sets touched (K) to 0 in connected patches whose summed log likelihood ratios gain (K) are not significant.
 void drop_weak_patches(const MembraneModel& model, Grid grid, const double* gain, double* touched) {
@@ -277,8 +280,8 @@ class Steps {
         std::vector<double> gone(size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) gone[k] = found_.weight[k] > 0 ? frame_.measured[k] - frame_.last[k] : 0.0;
         std::ptrdiff_t far = 0;
-        for (std::ptrdiff_t k = 0; k < size_; ++k) far += found_.weight[k] > 0 && std::abs(gone[k]) > 2 * LARGEST_STEP;
-        cold_ = touched.empty() || far > FEW;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) far += found_.weight[k] > 0 && std::abs(gone[k]) > 2 * MAX_RANGE_STEP;
+        cold_ = touched.empty() || far > MAX_FAST_DOTS;
         found_.touched.assign(size_, 0.0);
         if (!cold_) found_.touched = touched;
         found_.ranges.resize(size_);
@@ -295,12 +298,12 @@ class Steps {
     // One step. misfit: standard deviation of a free dot's load; classify: update the contact probabilities first; robust: ranges lose
     // weight by their residuals; last: drop insignificant patches.
     void step(double misfit, bool classify, bool robust, bool last) {
-        std::vector<double> places(3 * size_);
-        for (std::ptrdiff_t k = 0; k < size_; ++k) store(places.data(), k, origin_ + found_.ranges[k] * vec3_at(frame_.rays.data(), k));
-        balance_ = find_balance(skin_, places.data(), found_.pressure);
+        std::vector<double> positions(3 * size_);
+        for (std::ptrdiff_t k = 0; k < size_; ++k) store(positions.data(), k, origin_ + found_.ranges[k] * vec3_at(frame_.rays.data(), k));
+        balance_ = find_balance(skin_, positions.data(), found_.pressure);
         // two steps from the last frame share their slopes: both are near the solution
         if (slopes_.empty() || cold_) {
-            slopes_ = find_slopes(skin_, places.data(), frame_.rays.data(), found_.pressure, balance_);
+            slopes_ = find_slopes(skin_, positions.data(), frame_.rays.data(), found_.pressure, balance_);
             find_variance();
         }
         if (classify) update_touched(misfit, last);
@@ -313,7 +316,7 @@ class Steps {
         variance_.assign(size_, 0.0);
         each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
             for (int a = 0; a < 9 && inner; ++a)
-                variance_[k] += slopes_[9 * k + a] * slopes_[9 * k + a] / (found_.weight[neighbour(k, a)] + HOLD) / model_.smoothed;
+                variance_[k] += slopes_[9 * k + a] * slopes_[9 * k + a] / (found_.weight[neighbour(k, a)] + PRIOR_WEIGHT) / model_.smoothed;
         });
     }
 
@@ -339,8 +342,8 @@ class Steps {
         each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
             const double misfit = found_.ranges[k] - frame_.measured[k], weight = found_.weight[k];
             trust_[k] = robust ? weight / (1 + misfit * misfit * weight / (model_.tail * model_.tail)) : weight;
-            matrix.row(k)[k] += static_cast<float>(trust_[k] + HOLD);
-            gradient[k] += trust_[k] * misfit + HOLD * (found_.ranges[k] - anchor_[k]);
+            matrix.row(k)[k] += static_cast<float>(trust_[k] + PRIOR_WEIGHT);
+            gradient[k] += trust_[k] * misfit + PRIOR_WEIGHT * (found_.ranges[k] - anchor_[k]);
             if (!inner) return;
             const Expectation load = expectation(model_, balance_.load[k], found_.touched[k], misfit_);
             const double by_pressure = balance_.by_pressure[k], *slopes = slopes_.data() + 9 * k;
@@ -364,10 +367,10 @@ class Steps {
         std::vector<double> by_border = border;
         matrix.solve(by_border.data());
         matrix.solve(gradient.data());
-        stiffness = std::max(stiffness - product(border, by_border), LEAST_STIFFNESS);
-        const double change = std::clamp((product(border, gradient) - slope) / stiffness, -LARGEST_PRESSURE_STEP, LARGEST_PRESSURE_STEP);
+        stiffness = std::max(stiffness - product(border, by_border), MIN_PRESSURE_STIFFNESS);
+        const double change = std::clamp((product(border, gradient) - slope) / stiffness, -MAX_PRESSURE_STEP, MAX_PRESSURE_STEP);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
-            found_.ranges[k] -= std::clamp(gradient[k] + change * by_border[k], -LARGEST_STEP, LARGEST_STEP);
+            found_.ranges[k] -= std::clamp(gradient[k] + change * by_border[k], -MAX_RANGE_STEP, MAX_RANGE_STEP);
         }
         found_.pressure += change;
         factor_ = std::move(matrix), border_ = std::move(border), by_border_ = std::move(by_border), stiffness_ = stiffness;
@@ -385,8 +388,8 @@ class Steps {
     }
 
     // Dot in slot 0 to 8 of the 3 x 3 around an inner dot, row by row.
-    std::ptrdiff_t neighbour(std::ptrdiff_t k, int place) const {
-        return k + (place / 3 - 1) * grid_.columns + place % 3 - 1;
+    std::ptrdiff_t neighbour(std::ptrdiff_t k, int slot) const {
+        return k + (slot / 3 - 1) * grid_.columns + slot % 3 - 1;
     }
 
     static double product(const std::vector<double>& a, const std::vector<double>& b) {
@@ -434,23 +437,23 @@ const MembraneState& Membrane::solve(const SeenRanges& seen) {
 template <class Lean>
 void Membrane::learn_scale(const std::vector<double>& displaced, Lean lean) {
     if (std::isinf(scale_precision_)) return;
-    const auto far = std::count_if(displaced.begin(), displaced.end(), [](double one) { return std::abs(one) > FAR_ENOUGH; });
-    if (static_cast<double>(far) <= FAR_SHARE * static_cast<double>(displaced.size())) return;
+    const auto far = std::count_if(displaced.begin(), displaced.end(), [](double one) { return std::abs(one) > MIN_DISPLACEMENT; });
+    if (static_cast<double>(far) <= MIN_DISPLACED_SHARE * static_cast<double>(displaced.size())) return;
     const Leaning leaning = lean();
     const double information = leaning.curvature / (model_.residual * model_.residual) / model_.correlated;
     if (!(information > 0)) return;
     scale_precision_ += information;
-    const double best = std::clamp(-leaning.gradient / leaning.curvature, -LARGEST_SCALE, LARGEST_SCALE);
-    scale_error_ = std::clamp(scale_error_ + information / scale_precision_ * best, -LARGEST_SCALE, LARGEST_SCALE);
+    const double best = std::clamp(-leaning.gradient / leaning.curvature, -MAX_SCALE_ERROR, MAX_SCALE_ERROR);
+    scale_error_ = std::clamp(scale_error_ + information / scale_precision_ * best, -MAX_SCALE_ERROR, MAX_SCALE_ERROR);
 }
 
-DotLoads Membrane::loads(const std::int64_t* id, const double* places, std::ptrdiff_t count) const {
+DotLoads Membrane::loads(const std::int64_t* id, const double* positions, std::ptrdiff_t count) const {
     const std::ptrdiff_t size = skin_.grid.size();
     DotLoads found;
     found.seen.assign(size, 0), found.xyz.assign(3 * size, 0);  // displacements first
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         found.seen[id[i]] = 1;
-        store(found.xyz.data(), id[i], vec3_at(places, i) - vec3_at(skin_.rest.data(), id[i]));
+        store(found.xyz.data(), id[i], vec3_at(positions, i) - vec3_at(skin_.rest.data(), id[i]));
     }
     fill_holes(skin_.grid, found.xyz.data(), found.seen, 3);
     for (std::ptrdiff_t k = 0; k < size; ++k) store(found.xyz.data(), k, vec3_at(skin_.rest.data(), k) + vec3_at(found.xyz.data(), k));

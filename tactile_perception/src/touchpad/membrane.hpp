@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// The membrane of a touchpad: ranges of its dots from measured ones and the balance of forces, and what an object does to the dots.
+// The membrane of a touchpad: ranges of its dots from measurements and the balance of forces, and the loads of an object on the dots.
 #pragma once
 
 #include <cmath>
@@ -14,31 +14,31 @@
 
 namespace tactile {
 
-// Dots seen in a frame: id (N), on the grid; unit rays (N, 3); ranges (N), m, and their standard deviations sigma (N), m, NaN where
-// unknown.
+/// Dots seen in a frame: id (N), on the grid; unit rays (N, 3); ranges (N), m, and their standard deviations sigma (N), m, NaN where
+/// unknown.
 struct SeenRanges {
     const std::int64_t* id;
     const double *rays, *ranges, *sigma;
     std::ptrdiff_t count;
 };
 
-// All K dots in a frame, unseen ones interpolated: xyz (K, 3) and ranges (K), m; touched (K): probability of a load; pressure of the fluid,
-// Pa; seen (K).
+/// All K dots in a frame, unseen ones interpolated: xyz (K, 3) and ranges (K), m; touched (K): probability of a load; pressure of the
+/// fluid, Pa; seen (K).
 struct MembraneState {
     std::vector<double> xyz, ranges, touched;
     double pressure = std::numeric_limits<double>::quiet_NaN();
     std::vector<std::uint8_t> seen;
 };
 
-// What an object does to all K dots: xyz (K, 3), m, and seen (K) as above; normal (K, 3), outward; force (K, 3), N; load (K): its normal
-// pressure over the fluid's, 0 free, 1 under a flat face.
+/// Loads of an object on all K dots: xyz (K, 3), m, and seen (K) as above; normal (K, 3), outward; force (K, 3), N; load (K): the object's
+/// normal pressure over the fluid's, 0 without contact, 1 under a flat face.
 struct DotLoads {
     std::vector<double> xyz;
     std::vector<std::uint8_t> seen;
     std::vector<double> normal, force, load;
 };
 
-// All that decides about the places of dots. What each is and how it was found: docs/constants.md.
+/// Constants of the positions and loads of dots. docs/constants.md has the effect of halving and doubling them.
 struct MembraneModel {
     double misfit = 0.2;       // standard deviation of a free dot's load: discretisation of the mesh
     double touched = 1.1;      // most likely load of a touched dot: that under a flat face
@@ -53,29 +53,30 @@ struct MembraneModel {
     double correlated = 50.0;  // number of dots and frames over which that residual is correlated
 };
 
+/// Estimates positions and loads of the dots of a touchpad, frame by frame.
 class Membrane {
  public:
-    // origin: the camera's centre.
+    /// skin: the undeformed membrane; origin: the camera's centre, m.
     Membrane(Skin skin, Vec3 origin, const MembraneModel& model = {}) : skin_(std::move(skin)), origin_(origin), model_(model) {}
 
     const Skin& skin() const { return skin_; }
     const MembraneState& state() const { return state_; }
     double scale() const { return 1 + scale_error_; }
 
-    // Another rest, as of a drifting reference. The last frame is kept.
+    /// Replaces the undeformed membrane, after drift of the reference. The last frame is kept.
     void set_rest(Skin skin) { skin_ = std::move(skin); }
 
-    // Drops the last frame. scale_sigma: standard deviation of the relative error that all displacements share; 0: there is none.
+    /// Drops the last frame. scale_sigma: standard deviation of the relative error that all displacements share; 0 if there is none.
     void reset(double scale_sigma) {
         state_ = {};
         scale_error_ = 0, scale_precision_ = scale_sigma > 0 ? 1 / (scale_sigma * scale_sigma) : std::numeric_limits<double>::infinity();
     }
 
-    // The state of the next frame.
+    /// Returns the state in the next frame.
     const MembraneState& solve(const SeenRanges& seen);
 
-    // Loads at places (count, 3), m, of the seen dots id (count).
-    DotLoads loads(const std::int64_t* id, const double* places, std::ptrdiff_t count) const;
+    /// Returns the loads if the seen dots id (count) are at positions (count, 3), m.
+    DotLoads loads(const std::int64_t* id, const double* positions, std::ptrdiff_t count) const;
 
  private:
     template <class Lean>

@@ -135,14 +135,14 @@ constexpr int slot(int from, int to) {
 // The rate is s / (4 A); the doubled area vector is 2 A n.
 TACTILE_INLINE void add_slopes(const Springs& springs, const Columns& where, const Columns& along, const Columns& upward, double pressure,
                                std::ptrdiff_t row, std::ptrdiff_t column, CellSums& sums) {
-    FourVectors place[CORNERS], ray[CORNERS], normal[CORNERS];
+    FourVectors position[CORNERS], ray[CORNERS], normal[CORNERS];
     for (int k = 0; k < CORNERS; ++k) {
-        place[k] = where.at(row, column, k), ray[k] = along.at(row, column, k), normal[k] = upward.at(row, column, k);
+        position[k] = where.at(row, column, k), ray[k] = along.at(row, column, k), normal[k] = upward.at(row, column, k);
     }
     Four slopes[CORNERS][CORNERS];
     for (int t = 0; t < TRIANGLES; ++t) {
         const int* corner = OF_TRIANGLE[t];
-        const Triangle<Four> triangle(place[corner[0]], place[corner[1]], place[corner[2]]);
+        const Triangle<Four> triangle(position[corner[0]], position[corner[1]], position[corner[2]]);
         const FourVectors edge[3] = {triangle.v - triangle.u, Four(-1.0) * triangle.v, triangle.u}, &doubled = triangle.doubled;
         const Four rate = springs.rate(t, triangle.square), inverse = 4.0 / triangle.square;
         FourVectors change[3];
@@ -169,7 +169,11 @@ TACTILE_INLINE void add_slopes(const Springs& springs, const Columns& where, con
 }  // namespace
 
 Skin::Skin(Grid grid_, const double* rest_, const MembraneMaterial& material)
-    : grid(grid_), pressure(material.pressure), rest(rest_, rest_ + 3 * grid.size()), triangles(grid.triangle_numbers()), residual(rest.size()) {
+    : grid(grid_),
+      pressure(material.pressure),
+      rest(rest_, rest_ + 3 * grid.size()),
+      triangles(grid.triangle_numbers()),
+      residual(rest.size()) {
     const std::ptrdiff_t stride = grid.padded_cells();
     for (std::ptrdiff_t row = 0; row + 1 < grid.rows; ++row) {
         for (std::ptrdiff_t column = 0; column + 1 < grid.columns; ++column) {
@@ -192,9 +196,9 @@ Skin::Skin(Grid grid_, const double* rest_, const MembraneMaterial& material)
     for (std::size_t k = 0; k < residual.size(); ++k) residual[k] += elastic[k] / pressure;
 }
 
-TACTILE_WIDE void add_forces(const Skin& skin, const double* places, double* force, double* share) {
+TACTILE_WIDE void add_forces(const Skin& skin, const double* positions, double* force, double* share) {
     const Grid grid = skin.grid;
-    const Columns where(grid, places);
+    const Columns where(grid, positions);
     CellSums sums(grid, 6);
     for (std::ptrdiff_t row = 0; row < grid.rows; ++row) {
         for (std::ptrdiff_t column = 0; row + 1 < grid.rows && column + 1 < grid.columns; column += FOUR) {
@@ -210,13 +214,13 @@ TACTILE_WIDE void add_forces(const Skin& skin, const double* places, double* for
     }
 }
 
-Balance find_balance(const Skin& skin, const double* places, double pressure) {
+Balance find_balance(const Skin& skin, const double* positions, double pressure) {
     const Grid grid = skin.grid;
     const std::ptrdiff_t size = grid.size();
     std::vector<double> share(3 * size);
     Balance found{std::vector<double>(3 * size), std::vector<double>(3 * size), std::vector<double>(size), std::vector<double>(size),
                   std::vector<double>(size)};
-    add_forces(skin, places, found.elastic.data(), share.data());
+    add_forces(skin, positions, found.elastic.data(), share.data());
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
         const Vec3 part = vec3_at(share.data(), k), pushed = part - vec3_at(skin.residual.data(), k);
         found.area[k] = length(part);
@@ -230,10 +234,10 @@ Balance find_balance(const Skin& skin, const double* places, double pressure) {
     return found;
 }
 
-TACTILE_WIDE std::vector<double> find_slopes(const Skin& skin, const double* places, const double* rays, double pressure,
+TACTILE_WIDE std::vector<double> find_slopes(const Skin& skin, const double* positions, const double* rays, double pressure,
                                              const Balance& balance) {
     const Grid grid = skin.grid;
-    const Columns where(grid, places), along(grid, rays), upward(grid, balance.normal.data());
+    const Columns where(grid, positions), along(grid, rays), upward(grid, balance.normal.data());
     CellSums sums(grid, 9);
     std::vector<double> found(9 * grid.size());
     for (std::ptrdiff_t row = 0; row + 1 < grid.rows; ++row) {

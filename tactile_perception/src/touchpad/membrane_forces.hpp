@@ -10,6 +10,7 @@
 
 namespace tactile {
 
+/// A grid of dots, numbered row by row.
 struct Grid {
     std::ptrdiff_t rows, columns;
     std::ptrdiff_t size() const { return rows * columns; }
@@ -48,14 +49,14 @@ void beside(Grid grid, std::ptrdiff_t k, Visit visit) {
     });
 }
 
-// A membrane of shear stiffness, N/m, whose area term has the share area_share, over a fluid of this pressure, Pa, at rest.
+/// A membrane of shear stiffness, N/m, whose area term has the share area_share, over a fluid of this pressure, Pa, at rest.
 struct MembraneMaterial {
     double stiffness, area_share, pressure;
 };
 
-// A membrane at rest. rest (K, 3), m; triangles (rows - 1, 16, padded_cells): of each of the four triangles of each cell, the weights of its
-// springs, opposite to its first, second and third corner, N/m, and the factor of its area term, N m^3; zeros follow. residual (K, 3), m^2:
-// the mesh's discretisation error at rest over the pressure.
+/// An undeformed membrane. rest (K, 3): positions of the dots, m. triangles (rows - 1, 16, padded_cells): for each of the four triangles of
+/// each cell, the weights of the springs opposite to its first, second and third corner, N/m, and the factor of its area term, N m^3; zeros
+/// follow. residual (K, 3), m^2: the mesh's discretisation error at rest over the pressure.
 struct Skin {
     Grid grid;
     double pressure;
@@ -63,18 +64,18 @@ struct Skin {
     Skin(Grid grid, const double* rest, const MembraneMaterial& material);
 };
 
-// Adds the elastic force (K, 3), N, on each dot at places (K, 3), m, and the dot's share (K, 3), m^2, of the area vectors.
-void add_forces(const Skin& skin, const double* places, double* force, double* share);
+/// Adds the elastic force (K, 3), N, on each dot at positions (K, 3), m, and the dot's share (K, 3), m^2, of the area vectors.
+void add_forces(const Skin& skin, const double* positions, double* force, double* share);
 
-// Balance of each dot along its normal: normals (K, 3), elastic forces (K, 3), N, areas (K), m^2, the residual load over the fluid's
-// pressure (K) and its derivative by the pressure (K), 1/Pa. Outermost dots have a load and a derivative of 0.
+/// Balance of each dot along its normal: normals (K, 3), elastic forces (K, 3), N, areas (K), m^2, the residual load over the fluid's
+/// pressure (K) and its derivative by the pressure (K), 1/Pa. Outermost dots have a load and a derivative of 0.
 struct Balance {
     std::vector<double> normal, elastic, area, load, by_pressure;
 };
-Balance find_balance(const Skin& skin, const double* places, double pressure);
+Balance find_balance(const Skin& skin, const double* positions, double pressure);
 
-// Derivatives (K, 9), 1/m, of the loads at places (K, 3) by movements of each dot (slot 4) and its neighbours, row by row, along their unit
-// rays (K, 3), normals held; balance: at these places. 0 on the outermost dots.
-std::vector<double> find_slopes(const Skin& skin, const double* places, const double* rays, double pressure, const Balance& balance);
+/// Derivatives (K, 9), 1/m, of the loads at positions (K, 3) by displacements of each dot (slot 4) and its neighbours, row by row, along
+/// their unit rays (K, 3), with constant normals; balance: at these positions. 0 on the outermost dots.
+std::vector<double> find_slopes(const Skin& skin, const double* positions, const double* rays, double pressure, const Balance& balance);
 
 }  // namespace tactile

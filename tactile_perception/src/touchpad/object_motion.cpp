@@ -16,28 +16,30 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-// Forms of the densities: degrees of freedom of Student's t, by which a dot may be off; probability of a lag that is off its drag for other
-// reasons; ratio of loads below which none is reported; ranges of ten that the scatter of dots below a sliding object may have; rounds of a
-// fit, of which the first ones see the dots' deviations as WIDER to the power of those left, and any twist.
-constexpr double TAILS = 4, ASTRAY = 0.02, LEAST_RATIO = 0.02, SCALES = 5, WIDER = 8, LEAST_LOG = -6;
-constexpr double SUMMED = 4;                                  // dots whose loads a ratio sums up
-constexpr double USUAL = 1.084;                               // what Student's logarithm costs a dot that is off by normal noise alone
-constexpr double FASTEST = 20e-3;                             // m/s, of objects and skin in the first rounds
+constexpr double DEGREES_OF_FREEDOM = 4;      // of Student's t distribution of a dot's residual
+constexpr double OUTLIER_PROBABILITY = 0.02;  // of a lag whose direction has nothing to do with the drag
+constexpr double MIN_LOAD_RATIO = 0.02;       // tangential over normal load of a dot; lower ones are not distinguished
+constexpr double DRIFT_DECADES = 5;           // prior range of the scatter of dots below a sliding object
+constexpr double WIDENING = 8;                // factor on the dots' deviations for each of the first rounds that is left
+constexpr double MIN_LOG_LIKELIHOOD = -6;     // of a dot's ratio of loads
+constexpr double DOTS_PER_RATIO = 4;          // dots whose loads a ratio sums up
+constexpr double MEAN_STUDENT_LOSS = 1.084;   // mean negative logarithm of Student's density of a dot with normal noise alone
+constexpr double MAX_SPEED = 20e-3;           // m/s, of objects and skin in the first rounds
 constexpr double FRICTION_TIME = 0.4, FRICTION_DRIFT = 0.09;  // s, in which dots show the friction once; 1/s, variance that it gains
-constexpr double DRIFTS = 3;                                  // components of a drift that are seen: two along the skin, and a turn
-constexpr int ROUNDS = 4, WIDE_ROUNDS = 2;
-constexpr double TWO_PI = 2 * M_PI, MEDIAN_SQUARE = 1.386;  // of a normal vector in the plane, in variances
+constexpr double DRIFT_COMPONENTS = 3;                        // that are observable: two along the skin, and a rotation
+constexpr int ROUNDS = 4, WIDE_ROUNDS = 2;                    // of a fit, and those with widened deviations and any twist
+constexpr double TWO_PI = 2 * M_PI, MEDIAN_SQUARE = 1.386;    // of a normal vector in the plane, in variances
 
 // Of a dot's motion across its ray, and along its normal.
-constexpr Student ACROSS{TAILS, 2}, ALONG{TAILS, 1};
+constexpr Student ACROSS{DEGREES_OF_FREEDOM, 2}, ALONG{DEGREES_OF_FREEDOM, 1};
 
 // Logarithmic density of a vector in the plane of that square, of variance v along each axis.
 double plane_density(double square, double v) {
     return ACROSS.log_density(square / v) - std::log(TWO_PI * v);
 }
 
-// Cauchy's density of each component's change, scale by scale, with the curvature of the dots: Laplace's approximation, in which a
-// component that the dots do not show counts nothing.
+// Cauchy's density of the change of each component. With the curvature of the dots' likelihood it gives the evidence by Laplace's
+// approximation, to which components that the dots do not show contribute nothing.
 template <int N>
 struct Prior {
     using Vector = Eigen::Matrix<double, N, 1>;
@@ -53,8 +55,8 @@ struct Prior {
     }
 };
 
-// Fits a state to values by rows of derivatives, in ROUNDS steps; weigh(residuals, round, state, weights) sets the weights, and
-// explain(equations, round) is what is left to do there: to set the prior, or after the last step to judge the fit.
+// Fits a state to values by rows of derivatives, in ROUNDS steps. weigh(residuals, round, state, weights) sets the weights;
+// explain(equations, residuals, round) sets the prior or, after the last step, computes the evidence.
 template <int N, class Rows, class Weigh, class Explain>
 typename NormalEquations<N>::Vector fit_rows(const Rows& rows, const Eigen::VectorXd& values, const Eigen::Matrix<double, N, 1>& start,
                                              Weigh weigh, Explain explain) {
@@ -86,7 +88,7 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
       count_(static_cast<std::ptrdiff_t>(dots.size())),
       noise_(noise),
       seconds_(seconds),
-      least_(std::log(TWO_PI * noise * noise) + USUAL),
+      least_(std::log(TWO_PI * noise * noise) + MEAN_STUDENT_LOSS),
       friction_(object.friction),
       friction_variance_(object.friction_variance),
       before_(object.twist),
@@ -100,18 +102,17 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
       drag_(2, count_) {
     const double share = 1.0 / static_cast<double>(count_);
     for (const std::ptrdiff_t k : dots) centre_ += share * vector_at(loads.xyz, k);
-    for (const std::ptrdiff_t k : dots)
-        radius_ += share * ((vector_at(last_xyz, k) + vector_at(loads.xyz, k)) / 2 - centre_).squaredNorm();
+    for (const std::ptrdiff_t k : dots) radius_ += share * ((vector_at(last_xyz, k) + vector_at(loads.xyz, k)) / 2 - centre_).squaredNorm();
     radius_ = std::max(std::sqrt(radius_), 1e-4);
     for (std::ptrdiff_t i = 0; i < count_; ++i) {
         const std::ptrdiff_t k = dots[i];
         const Vector3d before = vector_at(last_xyz, k), after = vector_at(loads.xyz, k), normal = vector_at(loads.normal, k);
         const Vector3d ray = ((before + after) / 2 - origin).normalized(), a = ray.unitOrthogonal(), b = ray.cross(a);
-        const Vector3d offset = ((before + after) / 2 - centre_) / radius_, ways[3] = {a, b, normal};
+        const Vector3d offset = ((before + after) / 2 - centre_) / radius_, axes[3] = {a, b, normal};
         for (int j = 0; j < 3; ++j) {
             const std::ptrdiff_t row = j * count_ + i;
-            rows_.row(row) << ways[j].transpose(), offset.cross(ways[j]).transpose();
-            moved_[row] = ways[j].dot(after - before);
+            rows_.row(row) << axes[j].transpose(), offset.cross(axes[j]).transpose();
+            moved_[row] = axes[j].dot(after - before);
         }
         double carried = 0;
         Vector3d pull = Vector3d::Zero();
@@ -120,17 +121,17 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
             const Vector3d force = vector_at(loads.force, j), up = vector_at(loads.normal, j);
             carried -= force.dot(up), pull += force - force.dot(up) * up;
         });
-        ratio_[i] = std::log(std::max(pull.norm() / std::max(carried, 1e-9), LEAST_RATIO));
+        ratio_[i] = std::log(std::max(pull.norm() / std::max(carried, 1e-9), MIN_LOAD_RATIO));
         drag_.col(i) = Vector2d(a.dot(pull), b.dot(pull));
         drag_.col(i) /= std::max(drag_.col(i).norm(), 1e-12);
         // Along their normals the dots follow the object, along the skin its drift.
         for (int j = 0; j < 3; ++j) {
-            const Eigen::Matrix<double, 1, 6> follows = ways[j].dot(normal) * rows_.row(2 * count_ + i);
+            const Eigen::Matrix<double, 1, 6> follows = axes[j].dot(normal) * rows_.row(2 * count_ + i);
             both_rows_.row(j * count_ + i) << follows, rows_.row(j * count_ + i) - follows;
         }
         const double v = model_.friction_noise * model_.friction_noise + friction_variance_, above = ratio_[i] - friction_;
-        if_slips_[i] = std::max(-0.5 * std::pow(std::min(above, 0.0), 2) / v - 0.5 * std::log(TWO_PI * v), LEAST_LOG);
-        if_sticks_[i] = std::max(std::log(0.5 * std::erfc(above / std::sqrt(2 * v))), LEAST_LOG);
+        if_slips_[i] = std::max(-0.5 * std::pow(std::min(above, 0.0), 2) / v - 0.5 * std::log(TWO_PI * v), MIN_LOG_LIKELIHOOD);
+        if_sticks_[i] = std::max(std::log(0.5 * std::erfc(above / std::sqrt(2 * v))), MIN_LOG_LIKELIHOOD);
     }
     for (Twist& twist : before_) {
         if (!is_new_) twist.head<3>() += Vector3d(twist.tail<3>()).cross(centre_ - object.centre);
@@ -139,7 +140,7 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
     }
 }
 
-// Motion along the sensor's axis that follows the dots along their normals: that of an object that comes down.
+// Motion along the sensor's axis that follows the dots along their normals, as of an object that approaches.
 Twist ObjectMotion::lowered() const {
     const auto up = rows_.col(2).tail(count_);
     const double square = up.squaredNorm();
@@ -150,7 +151,7 @@ Twist ObjectMotion::lowered() const {
 
 // The motion that all dots share.
 Twist ObjectMotion::carried_along() const {
-    const double variance = stick_variance(lowered()), any = std::pow(FASTEST * seconds_, 2);
+    const double variance = stick_variance(lowered()), any = std::pow(MAX_SPEED * seconds_, 2);
     Eigen::VectorXd weights(3 * count_);
     weights << Eigen::VectorXd::Constant(2 * count_, 1 / variance), Eigen::VectorXd::Constant(count_, 1e-3 / variance);
     NormalEquations<6> equations(Twist::Zero());
@@ -180,25 +181,25 @@ double ObjectMotion::stick_variance(const Twist& twist) const {
 }
 
 // Logarithmic density of a lag's direction, over that along the drag.
-double ObjectMotion::off_aim(const Vector2d& left, std::ptrdiff_t i) const {
+double ObjectMotion::aim_density(const Vector2d& left, std::ptrdiff_t i) const {
     const double size = std::max(left.norm(), 1e-12), angle = std::acos(std::clamp(-left.dot(drag_.col(i)) / size, -1.0, 1.0));
-    return log_of_sum(-0.5 * std::pow(angle / model_.aim, 2), std::log(ASTRAY));
+    return log_of_sum(-0.5 * std::pow(angle / model_.aim, 2), std::log(OUTLIER_PROBABILITY));
 }
 
 // Logarithmic probability that a lag counts as one of a dot that slips.
-double ObjectMotion::lags(const Vector2d& left) const {
+double ObjectMotion::lag_log_probability(const Vector2d& left) const {
     return 2 * std::log1p(1e-6 - std::exp(-left.norm() / (model_.slip * seconds_)));
 }
 
-// Logarithmic density of the lag of a dot that slips under an object that moves so far.
-double ObjectMotion::slip_density(const Vector2d& left, std::ptrdiff_t i, double way) const {
-    const double size = left.norm(), least = model_.slip * seconds_, most = least + way;
-    return std::log(most) - 2 * std::log(most + size) - std::log(std::max(size, least)) + lags(left) + off_aim(left, i) -
+// Logarithmic density of the lag of a slipping dot, by the displacement of the object.
+double ObjectMotion::slip_density(const Vector2d& left, std::ptrdiff_t i, double displacement) const {
+    const double size = left.norm(), least = model_.slip * seconds_, most = least + displacement;
+    return std::log(most) - 2 * std::log(most + size) - std::log(std::max(size, least)) + lag_log_probability(left) + aim_density(left, i) -
            std::log(model_.aim * std::sqrt(TWO_PI));
 }
 
-// How much a dot counts whose motion has that variance: its noise is its own, the rest it shares with its neighbours.
-double ObjectMotion::own_part(double variance) const {
+// Weight of a dot whose motion has that variance: its noise is independent, the rest is common to its neighbours.
+double ObjectMotion::own_share(double variance) const {
     const double noise = noise_ * noise_;
     return (noise + (variance - noise) / model_.share) / variance;
 }
@@ -209,20 +210,21 @@ ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& m
     Explanation found{start, 0, std::vector<double>(count_)};
     double share = 0.5, stuck = 0;
     const auto weigh_dots = [&](const Eigen::VectorXd& left, int round, const Twist& twist, Eigen::VectorXd& weights) {
-        const double variance = stick_variance(twist), way = twist.norm(), own = own_part(variance);
-        const double wide = variance * std::pow(WIDER, 2 * std::max(0, WIDE_ROUNDS - round));
+        const double variance = stick_variance(twist), displacement = twist.norm(), own = own_share(variance);
+        const double wide = variance * std::pow(WIDENING, 2 * std::max(0, WIDE_ROUNDS - round));
         const bool last = round == ROUNDS;
         stuck = 0;
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             const Residual off = residual(left, i);
             double sticks = 1, here = in_part || last ? plane_density(off.across, variance) : 0, ratio = if_sticks_[i];
             if (in_part) {
-                const double stuck_here = std::log(share) + here, slips = std::log1p(-share) + slip_density(across(left, i), i, way);
+                const double stuck_here = std::log(share) + here,
+                             slips = std::log1p(-share) + slip_density(across(left, i), i, displacement);
                 here = log_of_sum(stuck_here, slips);
                 const double more = if_slips_[i] - ratio;
                 sticks = 1 / (1 + std::exp(slips + more - stuck_here)), ratio += (1 - sticks) * more;
             }
-            if (last) found.evidence += own * (here + least_) + ratio / SUMMED + depth_density(off.along);
+            if (last) found.evidence += own * (here + least_) + ratio / DOTS_PER_RATIO + depth_density(off.along);
             stuck += sticks, found.slips[i] = 1 - sticks;
             weigh(weights, i, sticks * ACROSS.weight(off.across / wide) / wide * own, off.along);
         }
@@ -240,9 +242,9 @@ ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& m
     return found;
 }
 
-// What a dot's load and its lag say about that it slips; left (3 N): motions of all dots less the object's.
-double ObjectMotion::slipping(std::ptrdiff_t i, const Eigen::VectorXd& left) const {
-    return if_slips_[i] + off_aim(across(left, i), i) + lags(across(left, i));
+// Logarithmic likelihood of a dot's load ratio and lag if it slips; left (3 N): motions of all dots relative to the object.
+double ObjectMotion::slip_log_likelihood(std::ptrdiff_t i, const Eigen::VectorXd& left) const {
+    return if_slips_[i] + aim_density(across(left, i), i) + lag_log_probability(across(left, i));
 }
 
 // The object, whose twist is near mean, slides over all dots: along their normals they move with it, along the skin they drift, as a rigid
@@ -257,7 +259,7 @@ ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean, double& drift_s
     const auto weigh_dots = [&](const Eigen::VectorXd& left, int, const auto&, Eigen::VectorXd& weights) {
         for (std::ptrdiff_t i = 0; i < count_; ++i) squares[i] = residual(left, i).across;
         variance = std::max(median(squares) / MEDIAN_SQUARE, noise_ * noise_);
-        const double own = own_part(variance);
+        const double own = own_share(variance);
         for (std::ptrdiff_t i = 0; i < count_; ++i)
             weigh(weights, i, ACROSS.weight(squares[i] / variance) / variance * own, residual(left, i).along);
     };
@@ -267,26 +269,27 @@ ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean, double& drift_s
             const Eigen::VectorXd lag = moved_ - rows_ * at.state.head<6>();
             found.evidence = prior.log_evidence(at.state, at.information);
             for (std::ptrdiff_t i = 0; i < count_; ++i) {
-                found.evidence += own_part(variance) * (plane_density(squares[i], variance) + least_) + slipping(i, lag) / SUMMED;
+                found.evidence +=
+                    own_share(variance) * (plane_density(squares[i], variance) + least_) + slip_log_likelihood(i, lag) / DOTS_PER_RATIO;
                 found.evidence += depth_density(residual(left, i).along);
             }
             drift_speed = drift / seconds_;
             return;
         }
-        // Where the object rises, the dots spring back by friction's part of its way.
+        // Where the object rises, the dots spring back by friction's part of its displacement.
         const double risen = (rows_.bottomRows(count_) * at.state.head<6>()).mean();
         const double fastest = model_.drift * seconds_ + std::exp(friction_) * std::max(risen, 0.0);
         if (round > 0) prior.scale.tail<6>().setConstant(std::clamp(drift, noise_ / std::sqrt(count_), fastest));
         Eigen::Matrix<double, 12, 1> variances = prior.variance(at.state);
-        if (round == 0) variances.tail<6>().setConstant(std::pow(FASTEST * seconds_, 2));
+        if (round == 0) variances.tail<6>().setConstant(std::pow(MAX_SPEED * seconds_, 2));
         at.expect(prior.mean, variances.cwiseInverse());
     };
     found.twist = fit_rows<12>(both_rows_, moved_, prior.mean, weigh_dots, explain).template head<6>();
     return found;
 }
 
-// Logarithmic density of the dots if none moves.
-double ObjectMotion::still() const {
+// Logarithmic density of the motions if no dot moves.
+double ObjectMotion::rest_density() const {
     double density = 0;
     for (std::ptrdiff_t i = 0; i < count_; ++i) {
         const Residual off = residual(moved_, i);
@@ -303,20 +306,20 @@ std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::arr
     std::array<Explanation, MODES> found;
     found[HELD] = stick(whole, last, false);
     found[IN_PART] = stick(whole, last, true);
-    // Sliding goes on from sliding, or else begins from what was likeliest.
+    // Sliding starts from the twist of sliding in the last frame, or else from that of the likeliest mode.
     const bool slid = object.odds[SLIDING] > model_.rate * seconds_ * (1 - object.odds[SLIDING]);
     const double drift = object.drift * seconds_;
     found[SLIDING] = slide(slid ? before_[SLIDING] : last, object.drift);
     // At rest the dots keep the loads with which they stuck, or those with which they slipped until the object stopped.
-    const Eigen::VectorXd ways = rows_ * before_[SLIDING], lag = moved_ - ways;
+    const Eigen::VectorXd predicted = rows_ * before_[SLIDING], lag = moved_ - predicted;
     double slipped = 0;
-    for (std::ptrdiff_t i = 0; i < count_; ++i) slipped += slipping(i, lag) / SUMMED;
-    const double at_rest = still(), faintest = noise_ / std::sqrt(count_), risen = ways.tail(count_).squaredNorm() / count_;
-    found[AT_REST] = {Twist::Zero(), at_rest + std::max(if_sticks_.sum() / SUMMED, slipped), std::vector<double>(count_)};
-    // They are also at rest below an object that slides on evenly, from when their drift has ended, and it rises no more. A drift that
-    // begins has any scale; one that goes on does not end at once.
+    for (std::ptrdiff_t i = 0; i < count_; ++i) slipped += slip_log_likelihood(i, lag) / DOTS_PER_RATIO;
+    const double at_rest = rest_density(), faintest = noise_ / std::sqrt(count_), risen = predicted.tail(count_).squaredNorm() / count_;
+    found[AT_REST] = {Twist::Zero(), at_rest + std::max(if_sticks_.sum() / DOTS_PER_RATIO, slipped), std::vector<double>(count_)};
+    // The dots are also at rest below an object that slides steadily, after their drift has ended, and it rises no more. The scale of a new
+    // drift is unknown; a drift that ends at once is unlikely.
     const auto ended = [&](double now) {
-        return slid ? DRIFTS * std::log(std::max(drift / std::max(now, faintest), 1.0)) : std::log(SCALES);
+        return slid ? DRIFT_COMPONENTS * std::log(std::max(drift / std::max(now, faintest), 1.0)) : std::log(DRIFT_DECADES);
     };
     const double change = drift > 0 ? std::log1p(risen / std::pow(model_.acceleration * seconds_ * seconds_, 2)) : 0;
     const double evenly = at_rest + slipped - ended(0) - change;
@@ -344,7 +347,7 @@ std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::arr
     return slips;
 }
 
-// Slipping dots show the object's friction, and sticking ones whose ratio is larger; it changes as the modes do.
+// The friction of the object follows from the ratios of slipping dots, and of sticking dots whose ratio is larger.
 void ObjectMotion::learn_friction(TouchingObject& object, const std::vector<double>& slips) const {
     double weights = 0, sum = 0;
     for (std::size_t i = 0; i < slips.size(); ++i) {

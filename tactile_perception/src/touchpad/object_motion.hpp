@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// How well the motions of an object's dots in one frame agree with each mode in which it may move.
+// Likelihood of the motions of an object's dots in one frame, in each mode of the object.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,20 +13,22 @@
 
 namespace tactile {
 
+/// Vector k of an array (K, 3).
 inline Eigen::Vector3d vector_at(const std::vector<double>& array, std::ptrdiff_t k) {
     return Eigen::Map<const Eigen::Vector3d>(array.data() + 3 * k);
 }
 
-// The dots of one object that were in contact and seen in the last frame too. All lengths are m a frame; a turn counts as the way that it
-// makes at the dots' root mean square distance from their centre. docs/stick_slip.md has the densities.
+/// The dots of one object that were in contact and seen in the last frame, too. Lengths are in m a frame; a rotation is measured by the
+/// displacement at the dots' root mean square distance from their centre. docs/stick_slip.md has the densities.
 class ObjectMotion {
  public:
-    // last_xyz (K, 3), m: in the last frame; noise: m, of a dot's motion across its ray; dots: those judged; touched (K); object: before.
+    /// last_xyz (K, 3), m: in the last frame; noise: of a dot's motion across its ray, m; dots: those that are judged; touched (K); object:
+    /// as of the last frame; seconds: since then.
     ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoads& loads, const std::vector<double>& last_xyz,
                  const Eigen::Vector3d& origin, double noise, const std::vector<std::ptrdiff_t>& dots,
                  const std::vector<std::uint8_t>& touched, const TouchingObject& object, double seconds);
 
-    // Probabilities (N) that the dots slip; updates the object, of whose modes odds are the probabilities before the frame is seen.
+    /// Returns the probabilities (N) that the dots slip, and updates the object. odds: predicted probabilities of its modes.
     std::vector<double> explain(TouchingObject& object, const std::array<double, MODES>& odds) const;
 
  private:
@@ -38,7 +40,7 @@ class ObjectMotion {
         double evidence;
         std::vector<double> slips;
     };
-    // Of a dot: the square of what is left of its motion across its ray; that along the normal, in deviations, squared.
+    // Squared residual of a dot's motion across its ray, m^2, and along the normal, in variances.
     struct Residual {
         double across, along;
     };
@@ -47,13 +49,13 @@ class ObjectMotion {
     void weigh(Eigen::VectorXd& weights, std::ptrdiff_t i, double across, double along) const;
     Explanation stick(const Twist& start, const Twist& mean, bool in_part) const;
     Explanation slide(const Twist& mean, double& drift_speed) const;
-    double still() const;
-    double slip_density(const Eigen::Vector2d& left, std::ptrdiff_t i, double way) const;
-    double lags(const Eigen::Vector2d& left) const;
-    double slipping(std::ptrdiff_t i, const Eigen::VectorXd& left) const;
-    double off_aim(const Eigen::Vector2d& left, std::ptrdiff_t i) const;
+    double rest_density() const;
+    double slip_density(const Eigen::Vector2d& left, std::ptrdiff_t i, double displacement) const;
+    double lag_log_probability(const Eigen::Vector2d& left) const;
+    double slip_log_likelihood(std::ptrdiff_t i, const Eigen::VectorXd& left) const;
+    double aim_density(const Eigen::Vector2d& left, std::ptrdiff_t i) const;
     double depth_density(double along) const;
-    double own_part(double variance) const;
+    double own_share(double variance) const;
     double stick_variance(const Twist& twist) const;
     Twist lowered() const;
     Twist carried_along() const;
@@ -65,9 +67,9 @@ class ObjectMotion {
     Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
     std::array<Twist, MODES> before_;  // twists in each mode, about this frame's centre
     bool is_new_;
-    // Motions of all dots, m, first along a, then along b, unit, across their rays, then along their normals: rows of the object's twist,
-    // and of that and the skin's drift. drag_: unit, across the ray; ratio_: logarithm of a dot's tangential over its normal load, and what
-    // it says if the dot slips, and if it sticks.
+    // Motions moved_ of all dots, m: first along unit vectors a across their rays, then along b, then along their normals. rows_:
+    // derivatives by the object's twist; both_rows_: by that and the skin's drift. drag_: unit, across the ray. ratio_: logarithm of a
+    // dot's tangential over its normal load; if_slips_, if_sticks_: its logarithmic likelihoods.
     Rows rows_;
     BothRows both_rows_;
     Eigen::VectorXd moved_, ratio_, if_slips_, if_sticks_;

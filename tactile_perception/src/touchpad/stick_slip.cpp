@@ -17,16 +17,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double FIRST_NOISE = 2e-6;                    // m, across the ray, before it is measured
-constexpr double CALMEST = 0.2, CALMEST_SIGMA = 0.668;  // quantile of the motions taken for noise, and its place in deviations (Rayleigh)
-constexpr double SMOOTHING = 0.2;                       // weight of a new value in the running mean of the noise
-constexpr double HALF = 0.5;                            // score of the border of a contact
-constexpr double KNOWN = 2.0 / 3;                       // probability of slip from which it is reported: twice that of none
-// An object that slides is taken to move on as before, for so many seconds, and where it neither turns nor comes down by more than these
-// parts of its speed.
-constexpr double LONGEST = 1.0, TURNS = 0.1, STEEP = 0.3;
-constexpr double LIFTED = 1e-3;  // m/s, above which an object that rises is lifted: its dots spring back, and do not show how it moves
-constexpr double FEWEST = 6;     // dots that show a motion: twice the three that determine it
+constexpr double FIRST_NOISE = 2e-6;                                   // m, across the ray, before it is measured
+constexpr double NOISE_QUANTILE = 0.2, NOISE_QUANTILE_SIGMAS = 0.668;  // of the motions, and its value in standard deviations (Rayleigh)
+constexpr double SMOOTHING = 0.2;                                      // weight of a new value in the running mean of the noise
+constexpr double BORDER_SCORE = 0.5;                                   // score of the border of a contact
+constexpr double SLIP_PROBABILITY = 2.0 / 3;                           // from which slip is reported: twice that of no slip
+// A sliding object is assumed to keep its velocity for MAX_EXTRAPOLATION, s, if its rotation and its motion along the axis are at most
+// these shares of its speed.
+constexpr double MAX_EXTRAPOLATION = 1.0, MAX_ROTATION_SHARE = 0.1, MAX_AXIAL_SHARE = 0.3;
+constexpr double MAX_RISE_SPEED = 1e-3;    // m/s; a faster object is being lifted: its dots spring back, and do not show its motion
+constexpr double MIN_DOTS_FOR_MOTION = 6;  // twice the three dots that determine a motion
 
 using Dots = std::vector<std::ptrdiff_t>;
 
@@ -49,7 +49,7 @@ std::vector<Dots> separate_objects(Grid grid, const std::vector<std::uint8_t>& t
     return objects;
 }
 
-// Probabilities of the modes after so many seconds: an object goes from one to each other at that rate.
+// Probabilities of the modes after seconds, if an object changes from one mode to each other one at that rate.
 std::array<double, MODES> expected_odds(std::array<double, MODES> odds, double rate, double seconds) {
     const double leaves = -std::expm1(-(MODES - 1) * rate * seconds);
     for (double& one : odds) one += leaves * ((1 - one) / (MODES - 1) - one);
@@ -74,7 +74,7 @@ StickSlip::StickSlip(Grid grid, Vector3d origin, StickSlipModel model)
 Twist TouchingObject::held_twist() const {
     Mode mode = HELD;
     for (const Mode other : {IN_PART, AT_REST}) mode = odds[other] > odds[mode] ? other : mode;
-    if (count * (1 - slipping[mode]) < FEWEST) return Twist::Constant(NAN);
+    if (count * (1 - slipping[mode]) < MIN_DOTS_FOR_MOTION) return Twist::Constant(NAN);
     return twist[mode];
 }
 
@@ -84,24 +84,24 @@ double StickSlip::friction() const {
 
 std::vector<std::uint8_t> StickSlip::update(const DotLoads& loads, const std::vector<double>& score, double seconds) {
     std::vector<std::uint8_t> touched(grid_.size()), states(grid_.size());
-    for (std::ptrdiff_t k = 0; k < grid_.size(); ++k) touched[k] = score[k] > HALF, states[k] = touched[k] ? STICKING : FREE;
+    for (std::ptrdiff_t k = 0; k < grid_.size(); ++k) touched[k] = score[k] > BORDER_SCORE, states[k] = touched[k] ? STICKING : FREE;
     slipping_.assign(grid_.size(), NAN);
     std::vector<TouchingObject> objects;
     std::vector<int> held(grid_.size());
     for (const Dots& dots : separate_objects(grid_, touched)) {
         TouchingObject object = continued(dots);
-        Dots both;
+        Dots common;
         for (const std::ptrdiff_t k : dots) {
             held[k] = static_cast<int>(objects.size()) + 1;
-            if (loads.seen[k] && last_seen_[k] && held_[k] > 0) both.push_back(k);
+            if (loads.seen[k] && last_seen_[k] && held_[k] > 0) common.push_back(k);
         }
-        if (!both.empty() && seconds > 0) {
+        if (!common.empty() && seconds > 0) {
             const std::array<double, MODES> odds = expected_odds(object.odds, model_.rate, seconds);
-            const ObjectMotion motion(model_, grid_, loads, last_xyz_, origin_, noise_, both, touched, object, seconds);
+            const ObjectMotion motion(model_, grid_, loads, last_xyz_, origin_, noise_, common, touched, object, seconds);
             const std::vector<double> slips = motion.explain(object, odds);
-            for (std::size_t i = 0; i < both.size(); ++i) {
-                slipping_[both[i]] = slips[i];
-                states[both[i]] = slips[i] > KNOWN ? SLIPPING : STICKING;
+            for (std::size_t i = 0; i < common.size(); ++i) {
+                slipping_[common[i]] = slips[i];
+                states[common[i]] = slips[i] > SLIP_PROBABILITY ? SLIPPING : STICKING;
             }
             object.adrift = object.slides() ? object.adrift + seconds : 0;
             friction_ = object.friction, friction_variance_ = object.friction_variance;
@@ -115,7 +115,7 @@ std::vector<std::uint8_t> StickSlip::update(const DotLoads& loads, const std::ve
     return states;
 }
 
-// What is known of an object: of that which held most of its dots; of a new one, that its friction may be that of the last.
+// The object of the last frame that held most of these dots; a new object may have the friction of the last one.
 TouchingObject StickSlip::continued(const std::vector<std::ptrdiff_t>& dots) const {
     std::vector<int> shared(objects_.size() + 1);
     for (const std::ptrdiff_t k : dots) ++shared[held_[k]];
@@ -128,7 +128,7 @@ TouchingObject StickSlip::continued(const std::vector<std::ptrdiff_t>& dots) con
     return object;
 }
 
-// By a low quantile of the motions across the rays: a touch below the detection limit moves many dots.
+// From a low quantile of the motions across the rays, because a contact below the detection limit moves many dots.
 void StickSlip::measure_noise(const DotLoads& loads) {
     std::vector<double> sizes;
     for (std::ptrdiff_t k = 0; k < grid_.size(); ++k) {
@@ -138,7 +138,8 @@ void StickSlip::measure_noise(const DotLoads& loads) {
         sizes.push_back((moved - moved.dot(ray) * ray).norm());
     }
     if (sizes.empty()) return;
-    const double here = smallest(sizes, static_cast<std::ptrdiff_t>(CALMEST * static_cast<double>(sizes.size()))) / CALMEST_SIGMA;
+    const double here =
+        smallest(sizes, static_cast<std::ptrdiff_t>(NOISE_QUANTILE * static_cast<double>(sizes.size()))) / NOISE_QUANTILE_SIGMAS;
     if (here > 0) noise_ += (here < noise_ ? SMOOTHING : SMOOTHING / 4) * (here - noise_);
 }
 
@@ -150,10 +151,11 @@ std::vector<double> StickSlip::displacements() const {
         const Twist twist = object.slides() ? object.twist[SLIDING] : object.held_twist();
         const Vector3d middle = vector_at(last_xyz_, k) - vector_at(moved_, k) / 2, turned = twist.tail<3>().cross(middle - object.centre);
         const double speed = twist.head<2>().norm();
-        const bool even = object.adrift <= LONGEST && std::abs(twist[2]) <= STEEP * speed && turned.head<2>().norm() <= TURNS * speed;
-        if (!(twist[2] < LIFTED * seconds_) || (object.slides() && !even)) continue;
-        const Vector3d way = twist.head<3>() + turned - vector_at(moved_, k);
-        found[2 * k] = way.x(), found[2 * k + 1] = way.y();
+        const bool even = object.adrift <= MAX_EXTRAPOLATION && std::abs(twist[2]) <= MAX_AXIAL_SHARE * speed &&
+                          turned.head<2>().norm() <= MAX_ROTATION_SHARE * speed;
+        if (!(twist[2] < MAX_RISE_SPEED * seconds_) || (object.slides() && !even)) continue;
+        const Vector3d displacement = twist.head<3>() + turned - vector_at(moved_, k);
+        found[2 * k] = displacement.x(), found[2 * k + 1] = displacement.y();
     }
     return found;
 }

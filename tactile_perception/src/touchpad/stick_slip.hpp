@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// State of each dot (free, sticking, slipping) from loads and motions, by one model of its object: docs/stick_slip.md derives it.
+// State of each dot (free, sticking, slipping) from loads and motions, by a model of its object: docs/stick_slip.md.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,12 +13,13 @@
 
 namespace tactile {
 
+/// State of a dot.
 enum DotState : std::uint8_t { FREE, STICKING, SLIPPING };
 
-// What an object does: all its dots stick to it, some of them, none, or all of them and it rests.
+/// Mode of an object: all its dots stick to it, some, none, or all while it is at rest.
 enum Mode : std::uint8_t { HELD, IN_PART, SLIDING, AT_REST, MODES };
 
-// Constants of the decision between stick and slip; docs/stick_slip.md explains the model.
+/// Constants of the decision between stick and slip; docs/stick_slip.md explains the model.
 struct StickSlipModel {
     double depth_noise = 20e-6;    // m, noise of a dot's motion along the skin's normal; measured in simulated frames
     double strain = 0.04;          // share of an object's motion by which sticking dots separate as their loads change
@@ -36,10 +37,12 @@ struct StickSlipModel {
 
 using Twist = Eigen::Matrix<double, 6, 1>;
 
-// An object that touches, by what is known after a frame. odds, slipping: of each mode its probability and the share of the dots that slip
-// in it; twist: m and rad a frame about the centre, in each mode, w = 2 tan(angle / 2) times the axis (Cayley's form is exact and linear:
-// after - before = v + w x ((before + after) / 2 - centre)); friction, friction_variance: of its logarithm; count: dots judged, 0 of a new
-// one; adrift: s for which it has slid; drift: m/s, of the dots below it if it slides.
+/// The estimate of an object in contact after a frame.
+///
+/// odds: probabilities of the modes; slipping: share of the dots that slip in each mode; twist: in each mode, m and rad a frame about the
+/// centre, with w = 2 tan(angle / 2) times the axis (Cayley's form is exact and linear:
+/// after - before = v + w x ((before + after) / 2 - centre)); friction, friction_variance: of the logarithm of the coefficient; count:
+/// number of judged dots, 0 for a new object; adrift: time for which it has slid, s; drift: speed of the dots below a sliding object, m/s.
 struct TouchingObject {
     std::array<double, MODES> odds{0.5, 0.5, 0, 0}, slipping{};
     std::array<Twist, MODES> twist{Twist::Zero(), Twist::Zero(), Twist::Zero(), Twist::Zero()};
@@ -47,31 +50,31 @@ struct TouchingObject {
     double friction = 0, friction_variance = 0, adrift = 0, drift = 0;
     std::ptrdiff_t count = 0;
     bool slides() const { return odds[SLIDING] > 0.5; }
-    // The twist of the likeliest mode in which it holds dots; NaN if these are too few.
+    /// The twist of the likeliest mode in which dots stick to it; NaN if these are too few.
     Twist held_twist() const;
 };
 
-// The dots of a grid, frame by frame.
+/// Decides frame by frame which dots of a grid stick or slip.
 class StickSlip {
  public:
-    // origin: the camera's centre.
+    /// origin: the camera's centre, m.
     StickSlip(Grid grid, Eigen::Vector3d origin, StickSlipModel model = {});
 
-    // States (K) of the dots in the next frame, so many seconds after the last. score (K): above a half in contact.
+    /// Returns the states (K) of the dots in the next frame, which is seconds after the last. score (K): above 0.5 in contact.
     std::vector<std::uint8_t> update(const DotLoads& loads, const std::vector<double>& score, double seconds);
 
-    // Probabilities (K) that the dots slip, given that they touch; NaN of dots that are free or were not seen in the last two frames.
+    /// Probabilities (K) that the dots slip, given that they touch; NaN of dots that are free or were not seen in the last two frames.
     const std::vector<double>& slipping() const { return slipping_; }
 
-    // The objects that touch, largest first.
+    /// The objects in contact, largest first.
     const std::vector<TouchingObject>& objects() const { return objects_; }
 
-    // (K, 2) m: displacement of the objects over their dots in the last frame, along x and y. In gross slip it is that by which the object
-    // last held dots, a second before at most: standard deviation a third, since it may have changed its speed. NaN where no object is, and
-    // where too few dots show how it moves, as while it is lifted: then they spring back.
+    /// Displacements (K, 2) of the objects relative to their dots in the last frame, m, along x and y. In gross slip it follows from the
+    /// last frame in which dots stuck, a second ago at most, with a standard deviation of a third. NaN outside of objects, and where too
+    /// few dots show the motion, as while the object is lifted and its dots spring back.
     std::vector<double> displacements() const;
 
-    // How the largest object that holds enough dots has moved in the last frame; NaN without one.
+    /// Motion in the last frame of the largest object to which enough dots stick; NaN without one.
     Eigen::Isometry3d motion() const;
 
     std::ptrdiff_t size() const { return grid_.size(); }
@@ -87,7 +90,7 @@ class StickSlip {
     StickSlipModel model_;
     double noise_, friction_, friction_variance_, seconds_ = 0;
     std::vector<TouchingObject> objects_;
-    std::vector<int> held_;  // number of the object that holds a dot, from 1, 0: none
+    std::vector<int> held_;  // number of the object on a dot, from 1; 0: none
     std::vector<double> last_xyz_, moved_, slipping_;
     std::vector<std::uint8_t> last_seen_;
 };

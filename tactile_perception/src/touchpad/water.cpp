@@ -15,17 +15,17 @@ namespace {
 constexpr int LAMPS = 8;  // points that stand for the uniform ring light, to 1e-4 of a length (test_light_path)
 constexpr double HALF = 0.70710678118654752440;
 constexpr double COSINE[LAMPS] = {1, HALF, 0, -HALF, -1, -HALF, 0, HALF}, SINE[LAMPS] = {0, HALF, 1, HALF, 0, -HALF, -1, -HALF};
-constexpr double DARK = 1e-6;  // irradiance by Lambert's cosine that a place turned away from all lamps still has: keeps the means defined
+constexpr double DARK = 1e-6;  // minimum irradiance by Lambert's cosine, of a surface turned away from all lamps: keeps the means defined
 
 }  // namespace
 
 // Means over the lamps, weighted by irradiance: inverse square of the distance, Lambert's cosine, ambient.
-Incidence incidence(const LightPath& path, const Vec3& place, const Vec3& normal, const Vec3& ray) {
-    const double up = place.z - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
+Incidence incidence(const LightPath& path, const Vec3& position, const Vec3& normal, const Vec3& ray) {
+    const double up = position.z - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
     double distance[LAMPS], weight[LAMPS], outward[LAMPS];
     for (int k = 0; k < LAMPS; ++k) {
-        const double x = place.x - path.centre.x - path.lamp_radius * COSINE[k];
-        const double y = place.y - path.centre.y - path.lamp_radius * SINE[k];
+        const double x = position.x - path.centre.x - path.lamp_radius * COSINE[k];
+        const double y = position.y - path.centre.y - path.lamp_radius * SINE[k];
         distance[k] = std::sqrt(x * x + y * y + up * up);
         const double near = 1 / distance[k], cosine = (x * normal.x + y * normal.y + up * normal.z) * near;
         weight[k] = ((cosine > 0 ? cosine : 0) + ambient) * near * near;
@@ -62,11 +62,11 @@ std::tuple<std::vector<double>, std::vector<double>, std::vector<double>> path_l
 
 namespace {
 
-constexpr int POINTS = 16;               // on a ring, each the sum of 3 x 3 pixels. Chosen
-constexpr int LEAST_POINTS = 4;          // for a colour. Chosen
+constexpr int POINTS = 16;               // on a ring, each the sum of 3 x 3 pixels
+constexpr int MIN_POINTS = 4;            // for a colour
 constexpr int SATURATED = 9 * 254;       // sum of nine pixels of red, the brightest channel in red water
-constexpr double NOISE_FLOOR = 9 * 0.5;  // sum of nine pixels below which a channel has no information. Chosen
-constexpr double FAR = 16384;            // px. Places are clipped to this; no image is that large
+constexpr double NOISE_FLOOR = 9 * 0.5;  // sum of nine pixels below which a channel has no information
+constexpr double FAR = 16384;            // px, to which positions are clipped; no image is that large
 constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
 
 using OnRing = std::array<double, POINTS>;
@@ -75,10 +75,10 @@ using OnRing = std::array<double, POINTS>;
 struct RingSums {
     std::array<int, POINTS> of[3] = {};
 
-    RingSums(const ColourImage& image, const double* place, double radius, const OnRing& cosine, const OnRing& sine) {
+    RingSums(const ColourImage& image, const double* centre, double radius, const OnRing& cosine, const OnRing& sine) {
         for (int p = 0; p < POINTS; ++p) {
-            const auto row = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(place[1], -FAR, FAR) + radius * sine[p]));
-            const auto column = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(place[0], -FAR, FAR) + radius * cosine[p]));
+            const auto row = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(centre[1], -FAR, FAR) + radius * sine[p]));
+            const auto column = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(centre[0], -FAR, FAR) + radius * cosine[p]));
             const std::ptrdiff_t left = std::max<std::ptrdiff_t>(column - 1, 0), right = std::min(column + 2, image.columns);
             const std::ptrdiff_t top = std::max<std::ptrdiff_t>(row - 1, 0), bottom = std::min(row + 2, image.rows);
             const auto add = [&](std::ptrdiff_t height, std::ptrdiff_t width) {
@@ -124,14 +124,14 @@ double patchiness(const RingSums& sums, const std::array<int, POINTS>& keep, int
 
 }  // namespace
 
-RingColours ring_colours(const ColourImage& image, const double* places, std::ptrdiff_t count, double radius, double ink, double glare) {
+RingColours ring_colours(const ColourImage& image, const double* centres, std::ptrdiff_t count, double radius, double ink, double glare) {
     RingColours found{std::vector<double>(2 * count, NONE), std::vector<double>(count, NONE), std::vector<std::int64_t>(count, 0),
                       std::vector<double>(count, 0)};
     OnRing cosine, sine;
     for (int p = 0; p < POINTS; ++p) cosine[p] = std::cos(2 * M_PI * p / POINTS), sine[p] = std::sin(2 * M_PI * p / POINTS);
     for (std::ptrdiff_t k = 0; k < count; ++k) {
-        if (!std::isfinite(places[2 * k]) || !std::isfinite(places[2 * k + 1])) continue;
-        const RingSums sums(image, places + 2 * k, radius, cosine, sine);
+        if (!std::isfinite(centres[2 * k]) || !std::isfinite(centres[2 * k + 1])) continue;
+        const RingSums sums(image, centres + 2 * k, radius, cosine, sine);
         const std::array<int, POINTS> keep = background(sums, ink, glare);
         const int used = std::accumulate(keep.begin(), keep.end(), 0);
         found.count[k] = used;
@@ -139,7 +139,7 @@ RingColours ring_colours(const ColourImage& image, const double* places, std::pt
         double total[3];
         for (int channel = 0; channel < 3; ++channel)
             total[channel] = std::inner_product(keep.begin(), keep.end(), sums.of[channel].begin(), 0);
-        if (used < LEAST_POINTS || !(std::min({total[0], total[1], total[2]}) > NOISE_FLOOR * used)) continue;
+        if (used < MIN_POINTS || !(std::min({total[0], total[1], total[2]}) > NOISE_FLOOR * used)) continue;
         found.brightness[k] = std::log(total[2] / (9 * used));
         found.ratios[2 * k] = std::log(total[0] / total[2]);
         found.ratios[2 * k + 1] = std::log(total[1] / total[2]);
@@ -149,9 +149,9 @@ RingColours ring_colours(const ColourImage& image, const double* places, std::pt
 
 namespace {
 
-constexpr int STEPS = 5;             // Gauss-Newton steps for the share; chosen: it then changes by less than 1e-4
-constexpr double STRONGEST = 1e3;    // colour, beyond which it is unknown. Chosen
-constexpr double LARGEST_SHARE = 2;  // chosen: with more, the ring is saturated
+constexpr int STEPS = 5;            // Gauss-Newton steps for the share, which then changes by less than 1e-4
+constexpr double MAX_COLOUR = 1e3;  // beyond which a colour is unknown
+constexpr double MAX_SHARE = 2;     // with a larger one the ring is saturated
 
 // Weighted least squares of the length from two log ratios.
 struct Ratios {
@@ -193,7 +193,7 @@ Estimate without_glare(const Ratios& ratios, const double* fallen, double points
 // with the ratios' disagreement, the excess of brightness ln(1 + share), and the distribution of shares as data.
 Estimate with_glare(const Ratios& ratios, const double* colour, const double* fallen, double points, double excess, double sigma,
                     double size, double& evidence) {
-    double share = std::clamp(std::expm1(excess), 0.0, LARGEST_SHARE);
+    double share = std::clamp(std::expm1(excess), 0.0, MAX_SHARE);
     for (int step = 0;; ++step) {
         double scattered[2], slope[2];
         for (int c = 0; c < 2; ++c) {
@@ -213,7 +213,7 @@ Estimate with_glare(const Ratios& ratios, const double* colour, const double* fa
             return found;
         }
         const double gradient = found.disagreement * by_ratios + brighter * by_brightness + usual / size;
-        share = std::clamp(share - gradient / curvature, 0.0, LARGEST_SHARE);
+        share = std::clamp(share - gradient / curvature, 0.0, MAX_SHARE);
     }
 }
 
@@ -230,7 +230,7 @@ WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const D
         const double points = std::max<double>(static_cast<double>(seen.count[k]), 1) / POINTS;
         Estimate best = without_glare(ratios, fallen, points);
         const double* colour = seen.colour.data() + 2 * k;
-        const bool known = colour[0] >= 0 && colour[0] <= STRONGEST && colour[1] >= 0 && colour[1] <= STRONGEST;
+        const bool known = colour[0] >= 0 && colour[0] <= MAX_COLOUR && colour[1] >= 0 && colour[1] <= MAX_COLOUR;
         if (std::isfinite(seen.excess[k]) && seen.excess_sigma[k] > 0 && known) {
             double evidence;
             const Estimate other = with_glare(ratios, colour, fallen, points, seen.excess[k], seen.excess_sigma[k], glare.size, evidence);
@@ -274,10 +274,10 @@ class Surface {
         change_.assign(grid.size(), NONE);
         for (std::ptrdiff_t k = 0; k < dots.id.size(); ++k) change_[dots.id[k]] = ranges[k] - dots.rest_ranges[k];
         change_ = smooth(grid, change_);
-        places_.assign(3 * change_.size(), NONE);
+        positions_.assign(3 * change_.size(), NONE);
         for (std::ptrdiff_t k = 0; k < dots.id.size(); ++k) {
             const double change = change_[dots.id[k]], range = dots.rest_ranges[k] + (std::isfinite(change) ? change : 0);
-            store(places_.data(), dots.id[k], path.centre + range * vec3_at(dots.rays.data(), k));
+            store(positions_.data(), dots.id[k], path.centre + range * vec3_at(dots.rays.data(), k));
         }
     }
 
@@ -293,7 +293,7 @@ class Surface {
     Vec3 normal(std::ptrdiff_t k) const {
         const Vec3 rest = vec3_at(dots_.rest_normals.data(), k);
         if (!inner(k)) return rest;
-        const double* here = places_.data() + 3 * dots_.id[k];
+        const double* here = positions_.data() + 3 * dots_.id[k];
         const Vec3 right = vec3_at(here, 1) - vec3_at(here, -1);
         const Vec3 down = vec3_at(here, grid_.columns) - vec3_at(here, -grid_.columns);
         const Vec3 out = cross(right, down), unit = std::copysign(1 / length(out), out.z) * out;
@@ -306,13 +306,13 @@ class Surface {
     const SeenDots& dots_;
     const Grid grid_;
     bool flat_;
-    std::vector<double> change_, places_;
+    std::vector<double> change_, positions_;
 };
 
 // One Newton step along a ray from range start to the range at which the path has that length.
 Length march(const LightPath& path, double length, Vec3 ray, double start, Vec3 normal) {
-    const Vec3 place = path.centre + start * ray;
-    const Length here = length_at(path, place.z, ray.z, incidence(path, place, normal, ray));
+    const Vec3 position = path.centre + start * ray;
+    const Length here = length_at(path, position.z, ray.z, incidence(path, position, normal, ray));
     return {start + (length - here.metres) / here.slope, here.slope};
 }
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Ranges of dots from the colour around them: absorption in the water along the light's path (Beer and Lambert), beside mirrored light.
+// Ranges of dots from the colour around them: absorption in the water along the light's path (Beer and Lambert), with glare.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@
 
 namespace tactile {
 
-// From a ring light through a window to the skin, and back to the camera; metres, sensor frame.
+/// From a ring light through a window to the skin, and back to the camera; metres, sensor frame.
 struct LightPath {
     double window_z, lamp_z, lamp_radius, ambient;  // ambient: diffuse share of the irradiance, 0 for Lambert's cosine alone
     Vec3 centre;                                    // of the camera, on the ring's axis
@@ -27,21 +27,21 @@ inline LightPath light_path(const double* numbers) {
     return {numbers[0], numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5], numbers[6]}};
 }
 
-// The light that falls on a place: its mean 1 / cos(angle to the z axis), that mean's derivative along the camera's ray, 1/m, and the
-// irradiance in units of the lamps' power.
+/// The light on a position: its mean 1 / cos(angle to the z axis), that mean's derivative along the camera's ray, 1/m, and the irradiance
+/// in units of the lamps' power.
 struct Incidence {
     double slant, change, irradiance;
 };
 
-// The light on a place with outward unit normal, on the unit ray from the camera's centre.
-Incidence incidence(const LightPath& path, const Vec3& place, const Vec3& normal, const Vec3& ray);
+/// Returns the light on a position with outward unit normal, on the unit ray from the camera's centre.
+Incidence incidence(const LightPath& path, const Vec3& position, const Vec3& normal, const Vec3& ray);
 
-// Length in the water, m, to the place and back, and its derivative along the ray.
+/// Length in the water, m, to the position and back, and its derivative along the ray.
 struct Length {
     double metres, slope;
 };
 
-// The length at height z on a ray whose z component is upwards, under the given light.
+/// Returns the length at height z on a ray whose z component is upwards, under the given light.
 Length length_at(const LightPath& path, double z, double upwards, const Incidence& light);
 
 /// Lengths (N), m, to positions (N, 3) on the skin with unit outward normals (N, 3), their derivatives (N) along the camera's rays, and the
@@ -50,7 +50,7 @@ std::tuple<std::vector<double>, std::vector<double>, std::vector<double>> path_l
                                                                                        const Array<double>& positions,
                                                                                        const double* normals);
 
-// Colour of the background around each of N dots; NaN where it cannot be read.
+/// Colour of the background around each of N dots; NaN where it cannot be read.
 struct RingColours {
     std::vector<double> ratios;       // N x 2: ln(blue / red), ln(green / red)
     std::vector<double> brightness;   // N: ln(red), red in grey levels
@@ -58,13 +58,13 @@ struct RingColours {
     std::vector<double> patchiness;   // N: relative variance of blue / red around the ring without its mean and first harmonic
 };
 
-// The colours on rings of the given radius, px, around N dots at u, v, u, v, ... px. A point with blue below or above the shares ink and
-// glare of its ring's upper quartile is left out (white light raises blue, the weakest channel in red water, first).
-RingColours ring_colours(const ColourImage& image, const double* places, std::ptrdiff_t count, double radius, double ink, double glare);
+/// Returns the colours on rings of the given radius, px, around N dots with centres u, v, u, v, ... in px. A point with blue below or above
+/// the shares ink and glare of its ring's upper quartile is left out (white light raises blue, the weakest channel in red water, first).
+RingColours ring_colours(const ColourImage& image, const double* centres, std::ptrdiff_t count, double radius, double ink, double glare);
 
-// The colour of the water: the ratios blue/red and green/red are exp(constant - absorption * length), their logarithms have covariance
-// noise. disagree: standard deviations between the two ratios above which the length's is widened; patchy: times the noise's variance of a
-// ring point above which blue / red around a ring shows glare or an edge.
+/// The colour of the water: the ratios blue/red and green/red are exp(constant - absorption * length), and the covariance of their
+/// logarithms is noise. disagree: standard deviations between the two ratios above which that of the length is increased; patchy: noise
+/// variances of a ring point above which blue / red around a ring shows glare or an edge.
 struct WaterColour {
     Eigen::Vector2d constants, absorptions;
     Eigen::Vector4d noise;
@@ -80,13 +80,13 @@ struct DotColours {
     Rows2 colour;                          ///< blue/red and green/red of glare over those of the scattered light
 };
 
-// Glare: light that the skin mirrors. Its share is its red light over the scattered red light.
+/// Glare: light that the skin reflects like a mirror. Its share is its red light over the scattered red light.
 struct Glare {
     double probability = 0;  // of a dot to have glare, before it is measured
     double size = 0;         // standard deviation of the shares
 };
 
-// Path lengths (N) and their standard deviations (N), m. Dots whose excess or colour is unknown are taken to have no glare.
+/// Path lengths (N) and their standard deviations (N), m. Dots whose excess or colour is unknown count as free of glare.
 struct WaterLengths {
     std::vector<double> lengths, sigma;
 };
@@ -101,13 +101,13 @@ struct SeenDots {
     Rows3 rest_normals;           ///< unit, outward
 };
 
-// Ranges of dots and how much longer the light's path gets with a longer range.
+/// Ranges of dots, and the derivatives of the light's path length by the range.
 struct WaterRanges {
     std::vector<double> ranges, slopes;  // N, m; N
 };
 
-// Ranges at which the light's paths have the given lengths (N), m. A length is the mean over a ring around the dot; its radius over the
-// dots' pitch is ring_share. Without a grid (rows or columns below 3) the surface keeps its normals at rest.
+/// Returns the ranges at which the light's paths have the given lengths (N), m. A length is the mean over a ring around the dot; its radius
+/// over the dots' pitch is ring_share. Without a grid (rows or columns below 3) the surface keeps its normals at rest.
 WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, Grid grid, const double* lengths, double ring_share);
 
 }  // namespace tactile
