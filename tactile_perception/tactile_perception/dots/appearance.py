@@ -103,6 +103,10 @@ class Peaks:
         """(N,) in grey levels of bright dots; of dark dots, which take a share of the light, in per cent of the ground."""
         return self.amplitude if sign > 0 else 100 * self.amplitude / np.maximum(self.ground, DARKEST)
 
+    def logarithms(self, sign: int) -> np.ndarray:
+        """(N, 2) of contrasts and diameters; see KnownDots."""
+        return np.log(np.stack([np.maximum(self.contrast(sign), 1), self.diameter], axis=1))
+
 
 @dataclass(frozen=True)
 class Pattern:
@@ -224,13 +228,21 @@ def _all_peaks(grey, signs) -> list[dict[int, Peaks]]:
 
 def merge(peaks: list[Peaks], apart: float) -> Peaks:
     """All discs, of any two closer than apart, px, the one with the higher product of correlation and amplitude."""
-    every = Peaks(*(np.concatenate([getattr(part, field.name) for part in peaks]) for field in fields(Peaks)))
+    every = joined_peaks(peaks)
     return every.take(without_doubles(every.uv, every.correlation * every.amplitude, apart))
 
 
-def without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
-    """(N,) bool: without the lower score (N,) of any two positions uv (N, 2) px closer than apart, px."""
-    first, second = Neighbours(uv).pairs_within(apart)
+def joined_peaks(peaks: list[Peaks]) -> Peaks:
+    """All discs of several searches."""
+    return Peaks(*(np.concatenate([getattr(part, field.name) for part in peaks]) for field in fields(Peaks)))
+
+
+def without_doubles(uv: np.ndarray, score: np.ndarray, apart: np.ndarray | float) -> np.ndarray:
+    """(N,) bool: without the lower score (N,) of any two positions uv (N, 2) px closer than the larger apart, px, of both."""
+    apart = np.broadcast_to(apart, len(uv))
+    first, second = Neighbours(uv).pairs_within(apart.max(initial=0))
+    near = np.hypot(*(uv[first] - uv[second]).T) < np.maximum(apart[first], apart[second])
+    first, second = first[near], second[near]
     kept = np.ones(len(uv), bool)
     kept[np.where(score[first] < score[second], first, second)] = False
     return kept
@@ -284,6 +296,15 @@ class KnownDots:
     sigma: np.ndarray
     regular: float
 
+    def odds(self, uv: np.ndarray, logarithms: np.ndarray) -> np.ndarray:
+        """Decimal log odds (N,) of discs at uv (N, 2) px by their logarithms (N, k) beside those of the dots near."""
+        return _alike(_deviations(uv, logarithms, self), self.sigma)
+
+    def diameters_at(self, uv: np.ndarray) -> np.ndarray:
+        """Median diameters (N,), px, of the dots near uv (N, 2) px."""
+        near = Neighbours(self.uv).query(uv, min(2 * _NEIGHBOURS, len(self.uv)))[1]
+        return np.exp(np.median(self.logarithms[near, 1], axis=1))
+
 
 def likely_dots(uv: np.ndarray, logarithms: np.ndarray, own: np.ndarray,
                 known: KnownDots | None = None) -> tuple[np.ndarray, float, KnownDots | None]:
@@ -299,16 +320,20 @@ def likely_dots(uv: np.ndarray, logarithms: np.ndarray, own: np.ndarray,
         in_line, away = _in_line(uv[some]), _deviations(uv[some], logarithms[some], known)
         here = known or KnownDots(uv[some], logarithms[some], np.maximum(robust_sigma(away, axis=0), _SIGMA), float(in_line.mean()))
         share = np.clip(here.regular, _CHANCE, _MAX_REGULAR)
-        square = (away / here.sigma)**2 / 2
-        alike = (1 - _ODD) * np.exp(-square) + _ODD / _ODD_SIGMAS * np.exp(-square / _ODD_SIGMAS**2)
-        alike = np.maximum(_RANGE / (np.sqrt(2 * np.pi) * here.sigma) * alike, 1e-9)
         spacing = np.where(in_line, np.log10(share / _CHANCE), np.log10((1 - share) / (1 - _CHANCE)))
-        odds = own[some] + np.log10(alike).sum(axis=1) + spacing.sum(axis=1)
+        odds = own[some] + _alike(away, here.sigma) + spacing.sum(axis=1)
         good = odds > _OTHER_ODDS
         some = some[good]
     kept = np.zeros(len(uv), bool)
     kept[some] = True
     return kept, float(odds.sum()) + _OTHER_ODDS * np.count_nonzero(~kept), here
+
+
+def _alike(away: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """Decimal log odds (N,) of discs whose logarithms differ from those near by away (N, k), with standard deviations sigma (k,)."""
+    square = (away / sigma)**2 / 2
+    alike = (1 - _ODD) * np.exp(-square) + _ODD / _ODD_SIGMAS * np.exp(-square / _ODD_SIGMAS**2)
+    return np.log10(np.maximum(_RANGE / (np.sqrt(2 * np.pi) * sigma) * alike, 1e-9)).sum(axis=1)
 
 
 def _deviations(uv: np.ndarray, logarithms: np.ndarray, known: KnownDots | None) -> np.ndarray:
@@ -355,7 +380,7 @@ def discs_at(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: np.ndarray |
     diameter, seen = np.broadcast_to(diameter, len(uv)), np.zeros((3, len(uv)))
     small, scale, across = reduced(grey, float(np.median(diameter)) if len(uv) else _ACROSS)
     column, row = np.clip(np.rint((uv + 0.5) * scale - 0.5).astype(int), 0, np.array(small.shape[::-1]) - 1).T
-    half_octave = np.rint(2 * np.log2(diameter * scale.mean() / across))
+    half_octave = np.rint(2 * np.log2(np.maximum(diameter * scale.mean(), 1) / across))  # in less than a pixel there is no disc
     for each in np.unique(half_octave):
         some = half_octave == each
         seen[:, some] = _correlate_patches(small, sign, column[some], row[some], across * 2**(each / 2))

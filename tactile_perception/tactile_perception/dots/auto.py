@@ -24,8 +24,8 @@ from .appearance import (
     discs_at,
     find_pattern,
     find_peaks,
+    joined_peaks,
     likely_dots,
-    merge,
     own_odds,
     reduced,
     select_channel,
@@ -35,6 +35,8 @@ from .appearance import (
 _MIN_CORRELATION = 0.62  # with a disc, where none is fitted: worn dots have 0.6
 _MAX_RATIO = 3.0  # of a disc's contrast to that of the pattern, or its inverse: uneven light
 _SHARES = 0.65, 1.0, 1.5  # of the typical diameter, at which discs are searched where none is fitted
+_TIE = 1e-3  # decimal log odds by which the correlation decides between overlapping discs of equal odds
+_SIZES = 4  # an octave, of the diameters with which dots are placed
 _ROUNDS = 3  # of centroids, each in a window about the last
 _WINDOW, _GROUND = 0.65, (0.6, 0.9)  # diameters from a dot's centre: radius of that window, and of the ring of ground around it
 _UNSURE = 0.01  # of the diameter, standard deviation of a centroid: worn dots have 0.003 from frame to frame, and jumps of 0.03
@@ -65,13 +67,12 @@ class AnyDots:
             likely = self._likely(fitted, grey)
             if self._known is not None and len(likely[0]) >= len(self._known.uv):
                 return likely
-        return self._likely(_joined([fitted, _discs(grey, pattern, fitted)]), grey)
+        return self._likely(_joined([fitted, _discs(grey, pattern, fitted, self._known)]), grey)
 
     def _likely(self, dots: Dots, grey) -> tuple[Dots, KnownDots | None]:
         diameter, sign = np.sqrt(4 / np.pi * dots.area), self._pattern.sign
         seen = discs_at(grey, sign, dots.uv, diameter)
-        logarithms = np.log(np.stack([np.maximum(seen.contrast(sign), 1), diameter], axis=1))
-        kept, _, known = likely_dots(dots.uv, logarithms, own_odds(seen.correlation, diameter), self._known)
+        kept, _, known = likely_dots(dots.uv, seen.logarithms(sign), own_odds(seen.correlation, diameter), self._known)
         return dots.take(kept), known
 
 
@@ -87,19 +88,23 @@ def measure_any(image: np.ndarray, sign: int, make_fit: Callable) -> AnyDots:
     return AnyDots(pattern, fit, AnyDots(pattern, fit).find(image)[1])
 
 
-def _discs(grey, pattern, known: Dots) -> Dots:
-    """Discs of about the pattern's contrast and diameter where no dot is known."""
-    apart, fitted = OVERLAP * pattern.diameter, len(known) > 0
-    sizes = pattern.diameter * np.array((1.0,) if fitted else _SHARES)
-    found = merge([find_peaks(grey, (pattern.sign,), size)[pattern.sign] for size in sizes], apart)
-    free = found.correlation > (CORRELATIONS[0] if fitted else _MIN_CORRELATION)
+def _discs(grey, pattern, fitted: Dots, known: KnownDots | None) -> Dots:
+    """Discs of about the pattern's contrast and diameter where no dot is fitted: the likeliest of those that overlap. Where dots are known,
+    those near give the diameter that each is placed with."""
+    sizes = pattern.diameter * np.array((1.0,) if len(fitted) else _SHARES)
+    found = joined_peaks([find_peaks(grey, (pattern.sign,), size)[pattern.sign] for size in sizes])
+    free = found.correlation > (CORRELATIONS[0] if len(fitted) else _MIN_CORRELATION)
     free &= np.abs(np.log(found.contrast(pattern.sign) / pattern.contrast)) < np.log(_MAX_RATIO)
-    if fitted:
-        free &= Neighbours(known.uv).query(found.uv)[0] > apart
+    if len(fitted):
+        free &= Neighbours(fitted.uv).query(found.uv)[0] > OVERLAP * pattern.diameter
     found = found.take(free)
-    parts = [place_dots(grey, pattern.sign, found.uv[found.diameter == size], size) for size in np.unique(found.diameter)]
-    dots = _joined([known.take(slice(0)), *parts])
-    return dots.take(without_doubles(dots.uv, dots.area, apart))
+    odds = own_odds(found.correlation, found.diameter) + _TIE * found.correlation
+    if known is not None:
+        odds += known.odds(found.uv, found.logarithms(pattern.sign))
+    found = found.take(without_doubles(found.uv, odds, OVERLAP * found.diameter))
+    size = found.diameter if known is None else 2**(np.rint(_SIZES * np.log2(known.diameters_at(found.uv))) / _SIZES)
+    dots = _joined([fitted.take(slice(0)), *(place_dots(grey, pattern.sign, found.uv[size == each], each) for each in np.unique(size))])
+    return dots.take(without_doubles(dots.uv, dots.area, OVERLAP * np.sqrt(4 / np.pi * dots.area)))
 
 
 def _joined(parts) -> Dots:

@@ -32,7 +32,7 @@ def link_places(places: np.ndarray, dots: np.ndarray, gate: float) -> np.ndarray
     return np.stack([place, dot], axis=1)[mutual]
 
 
-def _is_continuous(first: np.ndarray, now: np.ndarray) -> np.ndarray:
+def is_continuous(first: np.ndarray, now: np.ndarray) -> np.ndarray:
     """(N,) bool: dots that have moved from first to now (N, 2) px as their neighbours have."""
     if len(first) < _MIN_TRACKS:
         return np.ones(len(first), bool)
@@ -123,7 +123,7 @@ class Linker:
         dot = links.dot[track]
         right = np.ones(len(track), bool)
         together = np.flatnonzero(tracks['since_s'][track] == tracks['since_s'].min())  # first positions of one state of the skin
-        right[together] = _is_continuous(tracks['first'][track[together]], uv[dot[together]])
+        right[together] = is_continuous(tracks['first'][track[together]], uv[dot[together]])
         self.lost += links.ambiguous + np.count_nonzero(~right)
         track, dot = track[right], dot[right]
         if not len(track) or np.median(np.hypot(*(uv[dot] - tracks['uv'][track]).T)) > _MAX_COMMON_MOTION * links.spacing:

@@ -12,7 +12,7 @@ import numpy as np
 from ..common.dots import Dots, DotTracks
 from ..core.errors import BadArgument, BadFrame
 from .detect import DotDetector
-from .links import Linker
+from .links import Linker, is_continuous
 from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
 
@@ -212,13 +212,18 @@ class DotTracker:
             self._search_grid = False
         return dots
 
-    @staticmethod
-    def _displaced(dots, id, stamp_s, rows, columns, reference, touched) -> DotTracks:
-        """Tracks of those dots that have an id (N,), in the order of their ids."""
+    def _displaced(self, dots, id, stamp_s, rows, columns, reference, touched) -> DotTracks:
+        """Tracks of those dots that have an id (N,), in the order of their ids; of a print that nobody described those that have moved as
+        their neighbours have."""
         seen = np.argsort(id)[np.count_nonzero(id < 0):]
         id, uv, sigma = id[seen], dots.uv.take(seen, axis=0), dots.sigma[seen]
         duv = reference.update(id, uv, sigma, stamp_s, columns, touched)
-        return DotTracks(rows, columns, id, uv, dots.area[seen], sigma, duv)
+        kept = np.ones(len(id), bool)
+        if self._auto:
+            known = np.isfinite(duv[:, 0])
+            kept[known] = is_continuous((uv - duv)[known], uv[known])
+            self.links.lost += np.count_nonzero(~kept)
+        return DotTracks(rows, columns, id[kept], uv[kept], dots.area[seen][kept], sigma[kept], duv[kept])
 
     def _check(self, image: np.ndarray, stamp_s: float) -> None:
         if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3) or not image.size:
