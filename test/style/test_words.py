@@ -37,7 +37,7 @@ FINISHED = (
     *(f'tactile_perception/test/press/{name}' for name in (
         'dome', 'sheet', 'conftest.py', 'test_field.py', 'test_presses.py', 'test_published.py', 'test_region.py', 'test_sensitivity.py',
         'test_stage.py', 'test_stitching.py', 'test_tools.py')),
-    *(f'tactile_perception/src/{name}' for name in ('bindings', 'common', 'finger', 'taxel', 'touchpad')),
+    *(f'tactile_perception/src/{name}' for name in ('bindings', 'common', 'finger', 'press', 'taxel', 'touchpad')),
     'tactile_bringup/tactile_bringup', 'environment', 'Makefile', 'CONTRIBUTING.md', 'README.md', 'docs', '.github',
 )
 

@@ -11,24 +11,24 @@
 namespace tactile {
 namespace {
 
-constexpr double BEYOND = 1.2;   // times the spread: logs of radius and friction are clamped to it. Chosen
-constexpr int MOST_TERMS = 16;   // of the polynomials
-constexpr int MOST_WAVES = 100;  // of the mesh's harmonics
-constexpr double WIDEST = 0.99;  // sine of the angle of a touch: a place farther out is taken there
-constexpr double NEAREST = 1e-9; // m, least distance from the axis
+constexpr double MAX_SPREADS = 1.2;         // to which the logs of radius and friction are clamped
+constexpr int MAX_TERMS = 16;               // of the polynomials
+constexpr int MAX_HARMONICS = 100;          // of the mesh's harmonics
+constexpr double MAX_SINE = 0.99;           // of the angle from the axis to a press, which is clamped to it
+constexpr double MIN_AXIS_DISTANCE = 1e-9;  // m
 
 using Complex = std::complex<double>;
 
-// A displacement on the mesh and its slopes at a fixed place there, side by side. The last is that by drags: of even fields along the
-// meridian, of odd ones across it; two lanes are unused. Sums of modes are float: their error, 1e-8 m, is far below the noise of a marker.
+// A displacement on the mesh and its derivatives at a fixed mesh point, side by side. The last one is by the drag: in even fields along the
+// meridian, in odd ones across it; two lanes are unused. Sums of modes are float: their error, 1e-8 m, is far below the noise of a marker.
 enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_DRAG };
 using FieldNumbers = Eigen::Matrix<float, 1, LANES>;
 using FieldRows = Eigen::Matrix<float, Eigen::Dynamic, LANES, Eigen::RowMajor>;
 
-// Values of a basis and their slopes.
-template <int MOST>
+// Values of basis functions and their derivatives.
+template <int SIZE>
 struct Basis {
-    double value[MOST], slope[MOST];
+    double value[SIZE], slope[SIZE];
 };
 
 // Uniform cubic B-splines at a log depth; first: the first of four levels.
@@ -42,9 +42,9 @@ Basis<4> depth_basis(const DomeLibrary& library, double log_depth, int& first) {
 }
 
 // Chebyshev polynomials of the shift over its reach.
-Basis<MOST_TERMS> shift_basis(const DomeLibrary& library, double shift) {
+Basis<MAX_TERMS> shift_basis(const DomeLibrary& library, double shift) {
     const double x = std::clamp(shift / library.reach, -1.0, 1.0);
-    Basis<MOST_TERMS> basis{{1, x}, {0, 1 / library.reach}};
+    Basis<MAX_TERMS> basis{{1, x}, {0, 1 / library.reach}};
     for (int k = 2; k < library.order; ++k) {
         basis.value[k] = 2 * x * basis.value[k - 1] - basis.value[k - 2];
         basis.slope[k] = 2 * x * basis.slope[k - 1] - basis.slope[k - 2] + 2 / library.reach * basis.value[k - 1];
@@ -52,24 +52,24 @@ Basis<MOST_TERMS> shift_basis(const DomeLibrary& library, double shift) {
     return basis;
 }
 
-Basis<MOST_TERMS> powers(double x, int count) {
-    Basis<MOST_TERMS> basis{{1}, {0}};
+Basis<MAX_TERMS> powers(double x, int count) {
+    Basis<MAX_TERMS> basis{{1}, {0}};
     for (int k = 1; k < count; ++k) basis.value[k] = basis.value[k - 1] * x, basis.slope[k] = k * basis.value[k - 1];
     return basis;
 }
 
-// The touch of a press on the mesh: direction of the meridian, distance from the axis, shift of the mesh (see shift_of in mesh.py) and its
-// slopes by that distance and by the log radius, drag along and across the meridian.
+// A press on the mesh: direction of its meridian, distance from the axis, shift of the mesh (see shift_of in mesh.py) and its derivatives
+// by that distance and by the log radius, drag along and across the meridian.
 struct Meridian {
     double cosine, sine, away, shift, by_away, by_radius, along, across;
 };
 
 Meridian meridian_of(const DomeLibrary& library, const double* press) {
     const double away = std::hypot(press[X], press[Y]);
-    const double radius = library.radius * std::exp(library.radius_spread * std::clamp(press[RADIUS], -BEYOND, BEYOND));
-    const double reach = library.curvature + radius, angle = std::asin(std::min(away / reach, WIDEST));
+    const double radius = library.radius * std::exp(library.radius_spread * std::clamp(press[RADIUS], -MAX_SPREADS, MAX_SPREADS));
+    const double reach = library.curvature + radius, angle = std::asin(std::min(away / reach, MAX_SINE));
     const double shift = std::tan(angle / 2) / library.disc_scale, half = std::cos(angle / 2);
-    // Slope of the shift by the sine of the angle.
+    // Derivative of the shift by the sine of the angle.
     const double by_sine = shift < library.reach ? 1 / (2 * half * half * library.disc_scale * std::cos(angle)) : 0;
     Meridian meridian{1, 0, away, std::min(shift, library.reach), by_sine / reach, 0, 0, 0};
     meridian.by_radius = -by_sine * away / (reach * reach) * radius * library.radius_spread;
@@ -95,8 +95,8 @@ struct Fields {
         int first;
         depths_ = depth_basis(library, press[DEPTH], first);
         shifts_ = shift_basis(library, meridian.shift);
-        radii_ = powers(std::clamp(press[RADIUS], -BEYOND, BEYOND), library.radii);
-        const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), library.straight);
+        radii_ = powers(std::clamp(press[RADIUS], -MAX_SPREADS, MAX_SPREADS), library.radii);
+        const Basis<MAX_TERMS> rough = powers(std::clamp(press[FRICTION], -MAX_SPREADS, MAX_SPREADS), library.straight);
         const int block = library.order * library.radii;
         FieldRows of_even = FieldRows::Zero(4 * (library.straight + DRAGS) * block, LANES);  // weights of the tables' rows at four levels
         FieldRows of_odd = FieldRows::Zero(4 * DRAGS * block, LANES);
@@ -113,18 +113,18 @@ struct Fields {
  private:
     const DomeLibrary& library_;
     Basis<4> depths_;
-    Basis<MOST_TERMS> shifts_, radii_;
+    Basis<MAX_TERMS> shifts_, radii_;
 
-    // Shares of a block (order, radii) of a table in the value and its slopes, and in the last two fields.
+    // Factors on a block (order, radii) of a table, in the value and its derivatives, and in the last two fields.
     struct Shares {
         double value, friction, drag;
     };
 
-    // Shares of a drag by way of a tip that sticks, and of what it shows more as far as it rubs: the less friction, the more.
-    void weigh_drags(int level, double friction, double way, FieldRows& weights, int& row) const {
-        const double rubs = std::clamp(-friction, 0.0, 1.0), slope = friction < 0 && friction >= -1 ? -1 : 0;
-        weigh(level, {way, 0, 1}, weights, row);
-        weigh(level, {way * rubs, way * slope, rubs}, weights, row);
+    // Factors of a drag: of a sticking tip, and of the correction for a tip that slips, the more the lower the friction.
+    void weigh_drags(int level, double friction, double drag, FieldRows& weights, int& row) const {
+        const double slips = std::clamp(-friction, 0.0, 1.0), slope = friction < 0 && friction >= -1 ? -1 : 0;
+        weigh(level, {drag, 0, 1}, weights, row);
+        weigh(level, {drag * slips, drag * slope, slips}, weights, row);
     }
 
     void weigh(int level, const Shares& by, FieldRows& weights, int& row) const {
@@ -143,16 +143,16 @@ struct Fields {
     }
 };
 
-// A marker on the mesh of a touch: z in the unit disc, first ring, part of the way to the next and one over their distance, cosines and
-// sines; slopes of distance and direction from the centre by the mesh's shift and by the direction of the meridian.
+// A marker on the mesh of a press: first ring, fraction of the distance to the next ring and one over that distance, cosines and sines of
+// its direction; derivatives of distance and direction from the centre by the mesh's shift and by the direction of the meridian.
 struct Spot {
     int ring = -1;
     double part = 0, per_width = 0;
-    float cosine[MOST_WAVES], sine[MOST_WAVES];
+    float cosine[MAX_HARMONICS], sine[MAX_HARMONICS];
     double far_by_shift = 0, turn_by_shift = 0, far_by_meridian = 0, turn_by_meridian = 0;
 };
 
-// Finds point (3) on the mesh; false where it is unknown or beyond the rim.
+// Finds point (3) on the mesh; false if it is unknown or beyond the rim.
 TACTILE_INLINE bool find_spot(const DomeLibrary& library, const Meridian& meridian, const double* point, Spot& spot) {
     const double stereographic = (library.curvature + point[2] - library.centre_z) * library.disc_scale;
     const Complex w = Complex(point[0], point[1]) * Complex(meridian.cosine, -meridian.sine) / stereographic;
@@ -176,8 +176,8 @@ TACTILE_INLINE bool find_spot(const DomeLibrary& library, const Meridian& meridi
     return true;
 }
 
-// The fields at a spot, along one axis of the meridian's frame; slopes of the displacement by distance and direction on the mesh, and by
-// drags along the meridian and across it.
+// The fields at a spot, along one axis of the meridian's frame; derivatives of the displacement by distance and direction on the mesh, and
+// by drags along the meridian and across it.
 struct AtSpot {
     FieldNumbers field;
     double by_far, by_turn, along, across;
@@ -197,20 +197,20 @@ struct AtSpot {
             }
         }
         const auto part = static_cast<float>(spot.part);
-        const FieldNumbers both[2] = {even[0] + part * (even[1] - even[0]), odd[0] + part * (odd[1] - odd[0])};
+        const FieldNumbers sums[2] = {even[0] + part * (even[1] - even[0]), odd[0] + part * (odd[1] - odd[0])};
         by_far = (even[1][VALUE] + odd[1][VALUE] - even[0][VALUE] - odd[0][VALUE]) * spot.per_width;
         by_turn = turns[0] + spot.part * (turns[1] - turns[0]);
-        field = both[0] + both[1];
-        along = both[0][BY_DRAG], across = both[1][BY_DRAG];
+        field = sums[0] + sums[1];
+        along = sums[0][BY_DRAG], across = sums[1][BY_DRAG];
     }
 };
 
-// Slopes (PRESS) of a marker's displacement along one axis of the meridian's frame, but for the turn of that frame.
+// Derivatives (PRESS) of a marker's displacement along one axis of the meridian's frame, without those by the rotation of that frame.
 TACTILE_INLINE void chain(const Meridian& meridian, const Spot& spot, const AtSpot& at, double* slopes) {
     const double by_shift = at.field[BY_SHIFT] + at.by_far * spot.far_by_shift + at.by_turn * spot.turn_by_shift;
     const double by_meridian =
         at.by_far * spot.far_by_meridian + at.by_turn * spot.turn_by_meridian + at.along * meridian.across - at.across * meridian.along;
-    const double away = std::max(meridian.away, NEAREST);
+    const double away = std::max(meridian.away, MIN_AXIS_DISTANCE);
     slopes[X] = by_shift * meridian.by_away * meridian.cosine - by_meridian * meridian.sine / away;
     slopes[Y] = by_shift * meridian.by_away * meridian.sine + by_meridian * meridian.cosine / away;
     slopes[DEPTH] = at.field[BY_DEPTH];
@@ -228,7 +228,8 @@ TACTILE_WIDE Eigen::MatrixXd press_dome(const DomeLibrary& library, const Points
     const Fields fields(library, press.data(), meridian);
     const Eigen::Index count = points.rows();
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> slopes = Eigen::MatrixXd::Zero(count, 3 * PRESS);
-    const double away = std::max(meridian.away, NEAREST), turn[2] = {-meridian.sine / away, meridian.cosine / away};  // by the place
+    const double away = std::max(meridian.away, MIN_AXIS_DISTANCE),
+                 turn[2] = {-meridian.sine / away, meridian.cosine / away};  // of the meridian, by the position
     Spot spot;
     for (Eigen::Index k = 0; k < count; ++k) {
         if (!find_spot(library, meridian, points.data() + 3 * k, spot)) continue;

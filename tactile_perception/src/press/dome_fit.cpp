@@ -9,17 +9,17 @@
 namespace tactile {
 namespace {
 
-constexpr int MAX_STEPS = 14;               // trials included. Chosen
-constexpr double SETTLED_STEP = 0.1;        // of the longest step: over less, fields are linear. Chosen
-constexpr double SETTLED_GAIN = 1e-3;       // of the cost: a step that gains less is the last. Chosen
-constexpr double MIN_HEIGHT = 0.1;          // of a point over the camera's centre, of its untouched height. Chosen
-constexpr double FIRST_DAMPING = 1e-3;      // over the normal equations' diagonal. Chosen
-constexpr double MIN_AXIS_DISTANCE = 2e-5;  // m, of a press from the axis, on which the meridian is undefined. Chosen
+constexpr int MAX_STEPS = 14;               // including trials
+constexpr double SETTLED_STEP = 0.1;        // of the maximum step, over which fields are linear
+constexpr double SETTLED_GAIN = 1e-3;       // of the cost; a step that gains less is the last
+constexpr double MIN_HEIGHT = 0.1;          // of a point over the camera's centre, as a share of its undeformed height
+constexpr double FIRST_DAMPING = 1e-3;      // over the normal equations' diagonal
+constexpr double MIN_AXIS_DISTANCE = 2e-5;  // m, of a press from the axis, on which the meridian is undefined
 
 constexpr int MAX_STATE = MAX_DOME_PRESSES * PRESS;
 using State = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, MAX_STATE, 1>;
 
-// The equations at some presses, the residuals (K, 2) that these leave, and the derivatives of what the markers show along x and along y.
+// The equations at some presses, their residuals (K, 2), and the derivatives of the apparent displacements along x and along y.
 struct DomeEquations : NormalEquations<Eigen::Dynamic, MAX_STATE> {
     Eigen::MatrixXd residual, slopes[2];  // (K, 2), (K, n PRESS)
     using NormalEquations::NormalEquations;
@@ -67,7 +67,7 @@ class DomeProblem {
     }
 
  private:
-    // What marker k shows, as of (3) moved with derivatives by (K, 3 n PRESS).
+    // Apparent displacement of marker k, which is displaced by moved (3) with derivatives by (K, 3 n PRESS).
     void appear(Eigen::Index k, const Eigen::RowVector3d& moved, const Eigen::MatrixXd& by, DomeEquations& found) const {
         const Eigen::RowVector3d still = markers_.points.row(k) - markers_.camera_centres.row(k);
         const double plane = markers_.plane_z - markers_.camera_centres(k, 2),

@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// The field of two presses is the sum of the fields of each alone, less an interaction term: the sheet between them is tauter.
+// The field of two presses is the sum of the fields of each alone, minus an interaction term: the sheet between them is tauter.
 #include "press/sheet_fit.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Matrix2d, Eigen::Matrix3d, Eigen::Vector2d, Eigen::Vector3d;
 
-// ---- What a camera sees of a deformed sheet.
+// ---- The image of a deformed sheet.
 
 // Derivatives of shift and growth by a Shape.
 using BySheet = Eigen::Matrix<double, 3, 9>;
@@ -26,7 +26,7 @@ using BySheet = Eigen::Matrix<double, 3, 9>;
 Vector3d appear(const Shape& shape, const Vector2d& rest, const Vector3d& camera_centre, BySheet* by) {
     const double per_height = 1 / (camera_centre[2] - shape(2, 0)), scale = camera_centre[2] * per_height;
     const Vector2d moved = shape.col(0).head<2>(), offset = rest + moved - camera_centre.head<2>(), drawn = offset * per_height;
-    // Derivatives of the image's place, over scale, by x and by y.
+    // Derivatives of the image position, over scale, by x and by y.
     const Matrix2d along = Matrix2d::Identity() + shape.topRightCorner<2, 2>() + drawn * shape.bottomRightCorner<1, 2>();
     const double area = along(0, 0) * along(1, 1) - along(1, 0) * along(0, 1);
     Vector3d seen;
@@ -67,14 +67,15 @@ Vector3d disc_appear(const ShapeAt& shape_at, const Vector2d& rest, const Vector
 
 // ---- Two presses at once.
 
-constexpr double STEEP_WIDENING = 0.4;  // share of the widening that steep slopes leave: of simulated pairs of tips, 0.35 to 0.5 are alike
+constexpr double STEEP_WIDENING =
+    0.4;  // share of the widening that remains on steep slopes; for simulated pairs of tips 0.35 to 0.5 fit equally well
 
-// How the sheet is displaced along its plane, in addition, where two presses lower it by a and b (height, and its derivatives by x and by
-// y): where both incline it alike, it is stretched more than by each alone, and draws material towards there; between them, less. Of
-// moderate slopes in a membrane whose energy is as in sheet_membrane.cpp: a displacement -share grad((a - a2) (b - b1)), with a2 at the
-// second tip and b1 at the first, solves the balance outside of the contacts, where a and b are harmonic, and at the clamp. Adds it and,
-// but for curvatures, its derivatives. As it is linear in a and in b, it also gives the derivative by a number of the press by which a
-// changes.
+// Adds the displacement along the sheet's plane due to the interaction of two presses that lower it by a and b (height, and its derivatives
+// by x and by y): where both incline it in the same direction, it is stretched more than by each alone, and draws material there; between
+// them, less. Of moderate slopes in a membrane whose energy is as in sheet_membrane.cpp: a displacement -share grad((a - a2) (b - b1)),
+// with a2 at the second tip and b1 at the first, solves the balance outside of the contacts, where a and b are harmonic, and at the clamp.
+// Adds it and, but for curvatures, its derivatives. As it is linear in a and in b, it also gives the derivative by a number of the press by
+// which a changes.
 template <class To>
 void widen(double share, const Vector3d& a, const Vector3d& b, To&& shape) {
     shape.template topRows<2>() -= share * (a.tail<2>() * b.transpose() + b.tail<2>() * a.transpose());
@@ -97,7 +98,7 @@ struct Interaction {
     }
 };
 
-// Of the presses, the factor of their interaction, and the lateness of a view.
+// The parameters of the presses, the factor of their interaction, and the time offset of a view.
 constexpr int MAX_STATE = MAX_SHEET_PRESSES * PRESS_SIZE + 2;
 using State = Eigen::Matrix<double, MAX_STATE, 1>;
 
@@ -107,7 +108,7 @@ struct Whole {
     Eigen::Matrix<double, 9, MAX_STATE - 1> slope;
 };
 
-// Presses looked up at one state, and what markers show of them.
+// Presses looked up at one state, and the appearance of the markers under them.
 class Scene {
  public:
     // drags: as of look_up.
@@ -158,7 +159,7 @@ class Scene {
         return found;
     }
 
-    // A point under each press alone, and under all; numbers: of a press, by which derivatives are wanted.
+    // A point under each press alone, and under all; numbers: of parameters of a press by which derivatives are wanted.
     void read_all(const Vector2d& rest, int numbers, Deformed* alone, Whole& whole) const {
         for (int press = 0; press < count_; ++press) alone[press] = read(press, numbers, rest);
         whole.value = alone[0].value;
@@ -187,8 +188,8 @@ class Scene {
     bool is_near(const Vector2d& rest) const {
         bool near = false;
         for (int press = 0; press < count_; ++press) {
-            const double* place = pressed_[press].press;
-            near = near || std::max(std::abs(rest[0] - place[0]), std::abs(rest[1] - place[1])) < markers_.near;
+            const double* position = pressed_[press].press;
+            near = near || std::max(std::abs(rest[0] - position[0]), std::abs(rest[1] - position[1])) < markers_.near;
         }
         return near && markers_.radius > 0;
     }
@@ -203,17 +204,17 @@ class Scene {
 
 // ---- The fit.
 
-// All chosen. A growth's standard deviation over displacement or depth is in 1/m.
+// A growth's standard deviation over displacement or depth is in 1/m.
 constexpr int MAX_STEPS = 7;
-constexpr double SETTLED = 0.3;  // sigmas: a smaller step is not taken
+constexpr double SETTLED = 0.3;  // sigmas; a smaller step is not taken
 constexpr double LONGEST_STEP[PRESS_SIZE] = {5e-3, 5e-3, 4e-3, 0.3, 0.4, 0.4};
 constexpr double MIN_DEPTH = 1e-5, MAX_DRAG = 1.5;             // m; tangential over normal force
-constexpr double DRAG_SIGMA = 0.5;                             // prior of the drag: about a coefficient of friction
+constexpr double DRAG_SIGMA = 0.5;                             // prior of the drag, of the order of a coefficient of friction
 constexpr double INTERACTION = 0.1, INTERACTION_SIGMA = 0.15;  // prior of the factor of interaction, and its range
 constexpr double MIN_INTERACTION = -0.6, MAX_INTERACTION = 0.9;
 constexpr double LATENESS_SIGMA = 0.3, MAX_LATENESS = 1.0;  // of a second camera, in motions: prior and range
 constexpr Huber KERNEL{3.0};                                // sigmas
-constexpr double DRAG_DOUBT = 8.0;                          // how much the model error in proportion to displacement grows with a drag of 1
+constexpr double DRAG_DOUBT = 8.0;                          // increase of the relative model error with a drag of 1
 const Vector3d BETWEEN(0.02, 0.02, 2.0);                    // error of the interaction over the lesser of two displacements
 
 // Inverse standard deviations of a marker's shift and growth. doubt: factor on the model error over displacement; between: m^2, the lesser
@@ -232,7 +233,7 @@ struct SheetEquations : NormalEquations<Eigen::Dynamic, MAX_STATE> {
     using NormalEquations::NormalEquations;
 };
 
-// Of the numbers of the state that are not known.
+// The fit of the unknown parameters of the state.
 class SheetProblem {
  public:
     using Vector = SheetEquations::Vector;

@@ -16,53 +16,54 @@ using Rows9 = Rows<9>;
 
 constexpr int MAX_SHEET_PRESSES = 2;
 
-// The untouched markers: rest (N, 2) and the centre of the camera that sees each (N, 3), m. radius: m, of a marker; nearer than near, m, to
-// a press it is a disc, farther away a point.
+/// The undeformed markers: rest (N, 2) and the centre of the camera that sees each (N, 3), m. radius: of a marker, m, which is a disc if it
+/// is nearer than near, m, to a press, else a point.
 struct SheetMarkers {
     Rows2 rest;
     Rows3 camera_centre;
     double radius = 0, near = 0;
 };
 
-// What a frame shows: value (N, 3) shift, m, and growth, NaN where unknown; motion (N, 3) of value since the frame before, of the markers
-// that a second camera sees at a moment of its own, 0 for the others.
+/// The measurements of a frame: value (N, 3) shift, m, and growth, NaN where unknown; motion (N, 3) of value since the last frame, of the
+/// markers that a second camera sees at another time, 0 for the others.
 struct SheetFrame {
     Rows3 value, motion;
 };
 
-// Standard deviations: shift, m, and growth of an untouched marker; model error over a marker's displacement (growth 1/m), and over the
-// depth of the press (growth 1/m).
+/// Standard deviations: shift, m, and growth of an untouched marker; model error over a marker's displacement (growth 1/m), and over the
+/// depth of the press (growth 1/m).
 struct MarkerNoise {
     double shift = 0, growth = 0, share_shift = 0, share_growth = 0, depth_shift = 0, depth_growth = 0;
 };
 
-// What is known of the presses before the fit: mean and standard deviation of the log of the tip's radius over the middle one; drags:
-// whether the drags are unknown, else they are 0.
+/// Prior of the presses: mean and standard deviation of the log of the tip's radius over the middle one; drags: whether the drags are
+/// unknown, else they are 0.
 struct SheetPrior {
     double log_radius = 0, sigma = 0.15;
     bool drags = false;
 };
 
+/// Presses that explain a frame.
 struct SheetFit {
     Rows6 presses;
     double interaction;          // factor of the interaction of two, 0 for one
-    Eigen::MatrixXd covariance;  // (S, S) of the presses' numbers and, of two, of that factor; 0 of what is known
-    double misfit, expected;     // mean squared normalised residual, and what the doubt of drags makes of 1
+    Eigen::MatrixXd covariance;  // (S, S) of the presses' parameters and, of two, of that factor; 0 of known ones
+    double misfit, expected;     // mean squared residual, normalised without the model error of drags, and its expectation with it
     Rows9 wrenches;              // of each press
 };
 
-// Fits presses from start.
+/// Fits presses to a frame, from start.
 SheetFit fit_presses(const SheetTable& table, const SheetMarkers& markers, const SheetFrame& frame, const MarkerNoise& noise,
                      const SheetPrior& prior, const Rows6& start);
 
-// Shift and growth of markers under presses with a factor of interaction, and columns by columns the Shape of the sheet there.
+/// Shift and growth of markers under presses with a factor of interaction, and the Shape of the sheet there, column by column.
 struct ShownMarkers {
     Rows3 value;
     Rows9 shape;
 };
 ShownMarkers show_presses(const SheetTable& table, const SheetMarkers& markers, const Rows6& presses, double interaction);
 
-// Shift and growth (N, 3) of discs on a sheet with the field (side * side, 3) of one press at position (2,), m.
+/// Shift and growth (N, 3) of discs on a sheet with the field (side * side, 3) of one press at position (2,), m.
 Rows3 show_field(const SheetTable& table, const SheetMarkers& markers, const double* position, const float* field);
 
 }  // namespace tactile

@@ -10,14 +10,14 @@
 namespace tactile {
 namespace {
 
-constexpr std::ptrdiff_t MOST_ORDER = 8;  // of the polynomials; checked at the border
+constexpr std::ptrdiff_t MAX_ORDER = 8;  // of the polynomials; checked at the border
 
-// Chebyshev polynomials, T_k(cos t) = cos(k t), of the nearness to the clamp of a place along an axis, and their derivatives, 1/m. A
-// press gets stiffer in proportion to that nearness, the inverse hyperbolic tangent of place over half side.
+// Chebyshev polynomials, T_k(cos t) = cos(k t), of the nearness of a position to the clamp along an axis, and their derivatives, 1/m. The
+// stiffness under a press grows in proportion to that nearness, the inverse hyperbolic tangent of the position over half the side.
 struct Polynomials {
-    float value[2 * MOST_ORDER], slope[2 * MOST_ORDER];
-    Polynomials(double place, double half, double reach, std::ptrdiff_t order) {
-        const double share = std::clamp(place / half, -reach / half, reach / half), whole = std::atanh(reach / half);
+    float value[2 * MAX_ORDER], slope[2 * MAX_ORDER];
+    Polynomials(double position, double half, double reach, std::ptrdiff_t order) {
+        const double share = std::clamp(position / half, -reach / half, reach / half), whole = std::atanh(reach / half);
         const double angle = std::acos(std::clamp(std::atanh(share) / whole, -1 + 1e-6, 1 - 1e-6));
         const double around = 1 / (std::sin(angle) * whole * half * (1 - share * share));
         for (std::ptrdiff_t k = 0; k < 2 * order; ++k) {
@@ -56,7 +56,7 @@ struct TermWeights {
     }
 };
 
-// Terms that a mirror turns round.
+// Terms whose sign a reflection changes.
 constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1};
 
 // Columns of one class at a press (columns, LANES): value, and derivatives by the numbers of the press.
@@ -78,10 +78,10 @@ TACTILE_WIDE void mix(const SheetTable& table, const float* coefficients, int pa
         const int odd_x = (part / 2) ^ ODD_X[term], odd_y = (part % 2) ^ ODD_Y[term];
         for (std::ptrdiff_t k = 0; k < order * order; ++k, weight += LANES, weight_of_change += LANES) {
             const std::ptrdiff_t i = 2 * (k / order) + odd_x, j = 2 * (k % order) + odd_y;
-            const float place = along.value[i] * across.value[j];
-            weight[0] = value * place, weight[1] = value * along.slope[i] * across.value[j];
+            const float polynomial = along.value[i] * across.value[j];
+            weight[0] = value * polynomial, weight[1] = value * along.slope[i] * across.value[j];
             weight[2] = value * along.value[i] * across.slope[j], weight_of_change[3] = weight[0];
-            for (int n = 0; n < 3; ++n) weight[4 + n] = static_cast<float>(weights.slope[n][term]) * place;
+            for (int n = 0; n < 3; ++n) weight[4 + n] = static_cast<float>(weights.slope[n][term]) * polynomial;
         }
     }
     weigh_rows(now, 2 * rows, columns, by_row.data(), mixed);
@@ -110,27 +110,28 @@ double sinh_of_third(double x) {
     return (root - 1 / root) / 2;
 }
 
-// Mesh coordinate of a place along an axis and quadratic B-splines there.
+// Mesh coordinate of a position along an axis and quadratic B-splines there.
 struct Splines {
     std::ptrdiff_t first;
-    float weights[3][3];      // value, first and second derivative by the place, 1/m, 1/m^2, of three splines
-    double carried, stretch;  // derivatives by the place pressed: of the place at one mesh coordinate, less 1; of its derivative, 1/m
+    float weights[3][3];  // value, first and second derivative by the position, 1/m, 1/m^2, of three splines
+    double carried,
+        stretch;  // derivatives by the position of the press: of the position at a mesh coordinate, minus 1; of its derivative, 1/m
 
     // The mesh is as in press/sheet/mechanics.py:spread: |offset| = scale t + (length - scale) t^3, solved by thirds of angles.
-    Splines(const SheetTable& table, int axis, double place, double pressed) {
-        const double half = table.half[axis], offset = std::clamp(place, -half, half) - pressed;
+    Splines(const SheetTable& table, int axis, double position, double pressed) {
+        const double half = table.half[axis], offset = std::clamp(position, -half, half) - pressed;
         const double cubic = (offset < 0 ? half + pressed : half - pressed) - table.scale;
         const double width = std::sqrt(table.scale / (3 * std::max(std::abs(cubic), 1e-6 * table.scale)));
         const double third = std::abs(offset) * 1.5 / (table.scale * width);
         const double root = cubic > 0 ? sinh_of_third(third) : std::sin(std::asin(std::min(third, 1.0)) / 3);
         const double t = std::min(2 * width * root, 1.0), xi = offset < 0 ? -t : t;
-        const double slope = 1 / (table.scale + 3 * cubic * t * t), by_place = static_cast<double>(table.n) * slope;
-        const double bend = -6 * cubic * xi * slope * slope * by_place;
+        const double slope = 1 / (table.scale + 3 * cubic * t * t), by_position = static_cast<double>(table.n) * slope;
+        const double bend = -6 * cubic * xi * slope * slope * by_position;
         const double span = (xi + 1) * static_cast<double>(table.n);
         first = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(span), 0, 2 * table.n - 1);
-        const double f = span - static_cast<double>(first), g = 1 - f, curve = by_place * by_place;
+        const double f = span - static_cast<double>(first), g = 1 - f, curve = by_position * by_position;
         const double values[] = {0.5 * g * g, 1 - 0.5 * g * g - 0.5 * f * f, 0.5 * f * f};
-        const double slopes[] = {-g * by_place, (g - f) * by_place, f * by_place};
+        const double slopes[] = {-g * by_position, (g - f) * by_position, f * by_position};
         const double bends[] = {curve - g * bend, -2 * curve + (g - f) * bend, curve + f * bend};
         for (int k = 0; k < 3; ++k) {
             weights[0][k] = static_cast<float>(values[k]);
@@ -144,7 +145,8 @@ struct Splines {
 constexpr int ORDERS = 6;  // value, by x, by y, by x x, by x y, by y y
 constexpr int ORDER_X[ORDERS] = {0, 1, 0, 2, 1, 0}, ORDER_Y[ORDERS] = {0, 0, 1, 0, 1, 2};
 
-// Of the nodes around a place, weighted by splines: values and first derivatives of all channels, second ones of the first variant.
+// Sums over the nodes around a position, weighted by splines: values and first derivatives of all channels, second derivatives of the
+// value.
 struct NodeSums {
     float sums[3][CHANNELS] = {}, bends[ORDERS - 3][3] = {};
 };
@@ -203,7 +205,7 @@ TACTILE_WIDE void read_point(const SheetTable& table, const double* press, const
             found.value(c, o) = sums[o][c * LANES];
             for (int k = 0; k < numbers; ++k) found.slope(3 * o + c, k) = sums[o][c * LANES + 1 + k];
         }
-    for (int axis = 0; axis < 2 && numbers; ++axis) {  // the mesh moves with the place pressed
+    for (int axis = 0; axis < 2 && numbers; ++axis) {  // the mesh moves with the press
         const Splines& along = axis == 0 ? x : y;
         auto slope = found.slope.col(axis);
         for (int c = 0; c < 3; ++c) {

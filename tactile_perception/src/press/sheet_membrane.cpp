@@ -16,26 +16,27 @@
 namespace tactile {
 namespace {
 
-constexpr double STIFF = 4e7;                            // 1/m^3, penalty stiffness of contact: penetration is a few micrometres
-constexpr double STICK = 4e7;                            // 1/m^3, penalty stiffness of sticking friction. Chosen: as STIFF
-constexpr double SOFT = 10e-6;                           // m: half width of the transition into contact, which smooths the penalty. Chosen
-constexpr int SLIDING_STEPS = 14, SLIDING_HALVINGS = 3;  // of a tip that slides: where it takes more, the sheet has wrinkled. Chosen
-constexpr int STEPS = 40;                                // Newton steps at most, before the load step is halved. Chosen
-constexpr int WHOLE = 9;           // first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen
-constexpr int HALVINGS = 6;        // of a load step, at most. Chosen
-constexpr double SETTLED = 1e-6;   // m: largest last Newton step. Chosen: far below the noise of a marker
-constexpr double NEAR = 5e-5;      // m: after a smaller Newton step the next ones take the same derivative ...
-constexpr int EARLY = 6;           // ... among the first so many ones (later ones may cycle) ...
-constexpr double SHRINKS = 0.2;    // ... as long as each is at most this part of the one before ...
-constexpr double FINAL = 2e-8;     // m: ... down to this, which tells the force as exactly as a Newton step of SETTLED. Chosen
-constexpr double STRIDE = 1.5e-3;  // m: limit of a Newton step. Chosen
-constexpr double LOST = 4e-3;      // m: after a larger Newton step of a tip that slides, the sheet has wrinkled. Chosen
+constexpr double CONTACT_STIFFNESS = 4e7;                        // 1/m^3, penalty of contact: penetration is a few micrometres
+constexpr double STICK_STIFFNESS = 4e7;                          // 1/m^3, penalty of sticking friction
+constexpr double CONTACT_HALF_WIDTH = 10e-6;                     // m, of the transition into contact, which smooths the penalty
+constexpr int MAX_STEPS = 40;                                    // Newton steps before the load step is halved
+constexpr int MAX_HALVINGS = 6;                                  // of a load step
+constexpr int MAX_SLIDING_STEPS = 14, MAX_SLIDING_HALVINGS = 3;  // the same of a tip that slides; if it takes more, the sheet has wrinkled
+constexpr int FULL_STEPS = 9;           // first Newton steps in full length; later ones are halved, which ends cycles of stick and slip
+constexpr double MAX_STEP = 1.5e-3;     // m, of Newton's method
+constexpr double WRINKLE_STEP = 4e-3;   // m; after a larger Newton step of a tip that slides, the sheet has wrinkled
+constexpr double MAX_LAST_STEP = 1e-6;  // m; a smaller Newton step is the last: far below the noise of a marker
+// After a Newton step of less than REUSE_STEP, m, the next ones reuse its derivatives, among the first REUSE_ROUNDS (later ones may cycle),
+// while each is at most REUSE_SHRINKAGE times the one before. Then one of less than MAX_LAST_STEP_REUSED, m, is the last: the force is as
+// exact.
+constexpr double REUSE_STEP = 5e-5, REUSE_SHRINKAGE = 0.2, MAX_LAST_STEP_REUSED = 2e-8;
+constexpr int REUSE_ROUNDS = 6;
 
 constexpr int POINTS = 4, SPLINES = 9;
 
 using Vector = Eigen::Vector3d;
 using Matrix = Eigen::Matrix3d;
-using Values = Eigen::Matrix<double, SPLINES, 1>;                        // of an element's splines at a point
+using Values = Eigen::Matrix<double, SPLINES, 1>;                         // of an element's splines at a point
 using ElementField = Eigen::Matrix<double, SPLINES, 3, Eigen::RowMajor>;  // of an element's splines
 // Products of two functions for each pair (i, j) of an element's splines, at 9 i + j; the margin makes whole vectors.
 using Products = Eigen::Array<float, 84, 1>;
@@ -60,13 +61,13 @@ struct Membrane {
     }
 };
 
-// What a point of the sheet remembers of the last equilibrium: whether it was held, and where on the tip.
+// State of a point of the sheet in the last equilibrium: whether the tip held it, and where on the tip.
 struct Grip {
     bool on = false;
     Vector anchor = Vector::Zero();
 };
 
-// Contact at a point: its force on the tip, the derivative of that by the point's position, its pressure, and what it will remember.
+// Contact at a point: its force on the tip, the derivative of that by the point's position, its pressure, and its new state.
 struct Touch {
     Vector force;
     Matrix tangent;
@@ -79,37 +80,37 @@ void hold(const SheetLoad& load, const Grip& grip, const Vector& offset, const V
     Vector slid = grip.on ? Vector(offset - grip.anchor) : Vector::Zero();
     slid -= slid.dot(normal) * normal;
     const double amount = slid.norm(), limit = load.friction * touch.pressure;
-    const bool slips = STICK * amount > limit;
-    const double part = slips ? limit / (STICK * amount) : 1.0;
-    touch.force += STICK * part * slid;
+    const bool slips = STICK_STIFFNESS * amount > limit;
+    const double part = slips ? limit / (STICK_STIFFNESS * amount) : 1.0;
+    touch.force += STICK_STIFFNESS * part * slid;
     touch.grip.anchor = offset - part * slid;
-    if (grip.on) touch.tangent += STICK * part * (Matrix::Identity() - normal * normal.transpose());
+    if (grip.on) touch.tangent += STICK_STIFFNESS * part * (Matrix::Identity() - normal * normal.transpose());
     const Vector along = slid / std::max(amount, 1e-30);
-    if (slips) touch.tangent -= STICK * part * along * along.transpose() + load.friction * stiff * along * normal.transpose();
+    if (slips) touch.tangent -= STICK_STIFFNESS * part * along * along.transpose() + load.friction * stiff * along * normal.transpose();
 }
 
-// Traction of a point on which the tip slides: drag times the pressure. While the tip moves on and the sheet's shape with it, a point of
-// the sheet comes to where the next one was: the slip is along the line on the surface that is seen from above in the direction of drag.
+// Traction of a point on which the tip slides: drag times the pressure. While the tip and the sheet's shape move, a point of the sheet
+// moves to the position of the next one: the slip is along the line on the surface whose projection has the direction of drag.
 void slide(const SheetLoad& load, const Vector& normal, double distance, double stiff, Touch& touch) {
     const double ratio = std::hypot(load.drag[0], load.drag[1]), down = std::min(normal[2], -0.1);
     if (!(ratio > 0)) return;
     const double x = load.drag[0] / ratio, y = load.drag[1] / ratio, rise = -(x * normal[0] + y * normal[1]) / down;
     const double length = std::sqrt(1 + rise * rise);
-    const Vector way(x, y, rise), along = way / length;
+    const Vector tangent(x, y, rise), along = tangent / length;
     touch.force -= ratio * touch.pressure * along;
-    const Matrix turn = (Matrix::Identity() - normal * normal.transpose()) / distance;      // of the normal by the position
-    const Eigen::RowVector3d steeper = -(way.transpose() * turn) / down;                    // of rise by the position
+    const Matrix turn = (Matrix::Identity() - normal * normal.transpose()) / distance;  // of the normal by the position
+    const Eigen::RowVector3d steeper = -(tangent.transpose() * turn) / down;            // of rise by the position
     const Matrix swing = (Vector::UnitZ() / length - along * (rise / (length * length))) * steeper;
     touch.tangent += ratio * (stiff * along * normal.transpose() - touch.pressure * swing);
 }
 
 // Contact of a point at offset, m, from the tip's centre; false where it is free.
 bool touches(const SheetLoad& load, const Grip& grip, const Vector& offset, Touch& touch) {
-    const double distance = offset.norm(), depth = load.radius + SOFT - distance;
+    const double distance = offset.norm(), depth = load.radius + CONTACT_HALF_WIDTH - distance;
     if (!(depth > 0) || !(distance > 0)) return false;
     const Vector normal = offset / distance;
-    const double stiff = STIFF * std::min(depth / (2 * SOFT), 1.0);
-    touch.pressure = depth < 2 * SOFT ? stiff * depth / 2 : STIFF * (depth - SOFT);
+    const double stiff = CONTACT_STIFFNESS * std::min(depth / (2 * CONTACT_HALF_WIDTH), 1.0);
+    touch.pressure = depth < 2 * CONTACT_HALF_WIDTH ? stiff * depth / 2 : CONTACT_STIFFNESS * (depth - CONTACT_HALF_WIDTH);
     touch.grip = Grip{true, offset}, touch.force = -touch.pressure * normal;
     const Matrix across = normal * normal.transpose();
     touch.tangent = stiff * across - touch.pressure / distance * (Matrix::Identity() - across);
@@ -149,8 +150,8 @@ class Press {
         const std::vector<double> start = u_;
         const double at = depth_;
         if (at > before_) {
-            const double way = std::min((depth - at) / (at - before_), 2.0);
-            for (std::size_t k = 0; k < u_.size(); ++k) u_[k] += (start[k] - last_[k]) * way;
+            const double ratio = std::min((depth - at) / (at - before_), 2.0);
+            for (std::size_t k = 0; k < u_.size(); ++k) u_[k] += (start[k] - last_[k]) * ratio;
         }
         if (settle(depth)) {
             last_ = start, before_ = at, depth_ = depth;
@@ -163,24 +164,24 @@ class Press {
  private:
     // Newton's method for equilibrium at depth; false where it does not converge.
     bool settle(double depth) {
-        bool anew = true;
+        bool refactor = true;
         double before = INFINITY;
-        for (int turn = 0; turn < (load_.slides ? SLIDING_STEPS : STEPS); turn += anew) {
-            balance(depth, anew);
-            if (anew && !matrix_.factor()) return false;
+        for (int turn = 0; turn < (load_.slides ? MAX_SLIDING_STEPS : MAX_STEPS); turn += refactor) {
+            balance(depth, refactor);
+            if (refactor && !matrix_.factor()) return false;
             matrix_.solve(residual_.data());
             double largest = 0;
             for (const double step : residual_) largest = std::isfinite(step) ? std::max(largest, std::abs(step)) : INFINITY;
-            if (!std::isfinite(largest) || (load_.slides && largest > LOST)) return false;
-            const double length = std::min(turn < WHOLE ? 1.0 : 0.5, STRIDE / std::max(largest, 1e-12));
+            if (!std::isfinite(largest) || (load_.slides && largest > WRINKLE_STEP)) return false;
+            const double length = std::min(turn < FULL_STEPS ? 1.0 : 0.5, MAX_STEP / std::max(largest, 1e-12));
             for (std::ptrdiff_t i = 0; i < inner_; ++i)
                 for (std::ptrdiff_t j = 0; j < 3 * inner_; ++j) u_[3 * ((i + 1) * side_ + 1) + j] -= length * residual_[3 * i * inner_ + j];
-            if (largest < (anew ? SETTLED : FINAL)) {
+            if (largest < (refactor ? MAX_LAST_STEP : MAX_LAST_STEP_REUSED)) {
                 balance(depth, false);  // forces and grips of the last displacement
                 grips_ = next_;
                 return true;
             }
-            anew = !(turn < EARLY && largest < NEAR && largest < SHRINKS * before);
+            refactor = !(turn < REUSE_ROUNDS && largest < REUSE_STEP && largest < REUSE_SHRINKAGE * before);
             before = largest;
         }
         return false;
@@ -290,7 +291,7 @@ class Press {
 void press_sheet(const SheetElements& sheet, const SheetLoad& load, const double* depths, std::ptrdiff_t count, double* fields,
                  double* wrenches) {
     Press press(sheet, load);
-    for (std::ptrdiff_t k = 0; k < count && press.reach(depths[k], load.slides ? SLIDING_HALVINGS : HALVINGS); ++k) {
+    for (std::ptrdiff_t k = 0; k < count && press.reach(depths[k], load.slides ? MAX_SLIDING_HALVINGS : MAX_HALVINGS); ++k) {
         const std::vector<double>& field = press.displacement();
         std::copy(field.begin(), field.end(), fields + k * static_cast<std::ptrdiff_t>(field.size()));
         std::copy(press.wrench(), press.wrench() + PRESS_WRENCH, wrenches + PRESS_WRENCH * k);

@@ -114,7 +114,8 @@ DotLoads made_loads(const Doubles& xyz, const std::uint8_t* seen, const Doubles&
 
 void bind_membrane(py::module_& module) {
     using M = MembraneModel;
-    record(module, "MembraneModel", "Constants of the positions and loads of dots: docs/constants.md.", field("misfit [0, 1e200]", &M::misfit),
+    record(module, "MembraneModel", "Constants of the positions and loads of dots: docs/constants.md.",
+           field("misfit [0, 1e200]", &M::misfit),
            field("touched [0, 1e200]", &M::touched), field("lighter [0, 1e200]", &M::lighter), field("heavier [0, 1e200]", &M::heavier),
            field("coupling [0, 1e200]", &M::coupling), field("evidence [0, 1e200]", &M::evidence), field("most [0, 1e200]", &M::most),
            field("tail [0, 1e200]", &M::tail), field("smoothed [0, 1e200]", &M::smoothed), field("residual [0, 1e200]", &M::residual),
