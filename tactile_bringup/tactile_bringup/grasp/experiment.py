@@ -28,7 +28,7 @@ from tactile_perception.touchpad.stage import TouchpadStage
 
 from ..sensor_files import parameter_file, simulated_calibration
 from .controller import GripController, GripLimits, Phase, Reading, slip_probability
-from .objects import HELD_S, JERKS, OBJECTS, SETTLED_S, HeldObject, object_named
+from .objects import ARRAY_PARAMETERS, HELD_S, JERKS, OBJECTS, SETTLED_S, HeldObject, object_named
 from .skin import PARAMETERS, TouchpadFinger
 from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
 
@@ -79,7 +79,7 @@ class ArraySensor:
         self._array = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
         self.counts, self.result = np.zeros((TAXELS, TAXELS), np.uint8), None  # of the last frame
         parameters = node_parameters('taxel_contact_node', parameter_file('taxel_array', True))
-        self._estimator = taxel_estimator(parameters | {'calibration': simulated_calibration('taxel_array'), 'object.can_roll': False})
+        self._estimator = taxel_estimator(parameters | {'calibration': simulated_calibration('taxel_array'), **ARRAY_PARAMETERS})
 
     def read(self, pressure: np.ndarray, truth: GraspTruth) -> Reading:
         """What it reports of a frame of the engine."""
@@ -162,7 +162,7 @@ class Trace:
     def add(self, lifted_s: float, truth: GraspTruth, command: float, readings: Mapping[str, Reading]) -> None:
         """One frame; lifted_s: since the lift began; readings: those that arrived, by the names of the sensors."""
         slip = [readings[name].slip_probability if name in readings else np.nan for name in ('array', 'touchpad')]
-        moved, speed = np.linalg.norm(truth.displacement), np.linalg.norm(truth.velocity)
+        moved, speed = np.linalg.norm(truth.displacement), np.linalg.norm(truth.velocity[1:])  # along the pads
         self._rows.append((truth.grip_force, command, float(moved), float(speed), truth.least_force, *slip, float('touchpad' in readings),
                            float(lifted_s > 0), float(lifted_s > 0 and truth.is_held)))
 

@@ -11,6 +11,9 @@ from tactile_driver.errors import by_name
 
 GRAVITY = 9.81  # m/s^2
 SETTLED_S = 0.5  # from the first contact to the lift
+#: Of the array's perception. The engine's taxels lie on the face of a rigid pad, so that they show no moment of friction: their cover is
+#: thinner than what they resolve. It shears as that of the usual pad does before it slips.
+ARRAY_PARAMETERS = {'pad.thickness': 1e-4, 'pad.shear_modulus': 5.2e3, 'object.can_roll': False}
 READY = 'the array of the gripper sends to'  # how the log of gripper_node says that its port is there
 
 

@@ -24,7 +24,7 @@ from tactile_perception.taxel.stage import TaxelStage
 
 from ..hand.urdf import inverted
 from ..sensor_files import parameter_file, simulated_calibration
-from .objects import GRAVITY, LIFT_S, HeldObject, object_named
+from .objects import ARRAY_PARAMETERS, GRAVITY, LIFT_S, HeldObject, object_named
 from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
 
 #: Rotation vectors of the wrist from upright, degrees: the array faces sideways, down, up and between.
@@ -61,7 +61,7 @@ class _Array:
     def __init__(self, held: HeldObject, centre: np.ndarray, seed: int):
         self._ink = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
         known = node_parameters('taxel_contact_node', parameter_file('taxel_array', True)) | {
-            'calibration': simulated_calibration('taxel_array'), 'object.can_roll': False, 'object.weight': held.mass * GRAVITY,
+            'calibration': simulated_calibration('taxel_array'), **ARRAY_PARAMETERS, 'object.weight': held.mass * GRAVITY,
             'object.gravity': [0.0, 0.0, -1.0], 'object.gravity_frame': _WORLD, 'object.centre_of_mass': centre.tolist(),
             'wrench_frame': FRAMES[0]}
         self._stages = {method: TaxelStage(known | {'method': method}) for method in METHODS}

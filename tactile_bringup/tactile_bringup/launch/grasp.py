@@ -19,7 +19,7 @@ from launch_ros.actions import Node
 
 from tactile_driver.errors import BadArgument
 
-from ..grasp.objects import OBJECTS, READY, HeldObject, closing_width
+from ..grasp.objects import ARRAY_PARAMETERS, OBJECTS, READY, HeldObject, closing_width
 from ..sensor_files import parameter_file, simulated_calibration
 from .arguments import VIEW, Texts, check_choices, description, end_if_wrong, hand_node, number, sensor_actions, sensor_arguments, written
 
@@ -50,7 +50,7 @@ def grasp_actions(values: dict[str, str]) -> list:
         raise BadArgument('the simulated gripper needs MuJoCo, an optional extra: pip install mujoco')
     port = str(Path(launch_config.log_dir, 'array_port'))
     array = {name: default for name, (default, _) in sensor_arguments('taxel_array').items()} | {
-        'namespace': _ARRAY, 'source': 'device', 'device': port, 'params': _params('taxel_array', _SIMULATED_TIME),
+        'namespace': _ARRAY, 'source': 'device', 'device': port, 'params': _params('taxel_array', ARRAY_PARAMETERS | _SIMULATED_TIME),
         'calibration': simulated_calibration('taxel_array'), 'record': values['record'],
         **{name: values[name] for name in ('rviz', *VIEW)}}
     demo, has_touchpad = values['demo'] == 'true', values['touchpad'] == 'true'

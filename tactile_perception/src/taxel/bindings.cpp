@@ -209,7 +209,9 @@ void bind_motion(py::module_& module) {
     class_of<M>(module, "ObjectMotion", "Motion of the object in one frame, at the sensor's origin; NaN where unknown.",
                 get("linear (2)", &M::linear, "m/s"), get("turn", &M::turn, "rad/s"), get("slipping (R, C) bool", &M::slipping),
                 get("step (2)", &M::step, "m, since the last frame"), get("step_turn", &M::step_turn, "rad, since the last frame"),
-                get("unseen", &M::unseen, "probability that an object that slips is not seen to"));
+                get("unseen", &M::unseen, "probability that an object that slips is not seen to"),
+                get("step_covariance (3, 3)", &M::step_covariance, "of step and step_turn"),
+                get("velocity_covariance (3, 3)", &M::velocity_covariance, "of linear and turn"));
     using T = MotionTracker;
     auto tracker = class_of<T>(module, "MotionTracker", "Tracks all contacts of an array as one rigid object.", get("shear", &T::shear),
                                get("lead (2)", &T::lead, "m, by which traction moves the border of the picture"));

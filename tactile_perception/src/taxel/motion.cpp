@@ -315,11 +315,11 @@ void fit_line(const std::vector<double>& times, const std::vector<Vector3d>& pos
 
 }  // namespace
 
-PathMotion Path::add(double time, const Vector3d& pose, const Eigen::Vector2d& arm, double reach) {
+PathMotion Path::add(double time, const Vector3d& pose, const Vector3d& rest, const Eigen::Vector2d& arm, double reach) {
     std::size_t old = 0;
     while (past_.size() - old >= static_cast<std::size_t>(MIN_FRAMES) && past_[old].time < time - rule_.window * WHOLE) ++old;
     past_.erase(past_.begin(), past_.begin() + static_cast<std::ptrdiff_t>(old));
-    past_.push_back({time, pose});
+    past_.push_back({time, pose, rest});
     std::vector<double> times;
     std::vector<Vector3d> positions;  // of the contact's middle, and of its edges along a turn
     for (const Frame& one : past_) {
@@ -337,18 +337,25 @@ PathMotion Path::add(double time, const Vector3d& pose, const Eigen::Vector2d& a
         const double turn = (*at)[2] / reach;
         *at = {(*at)[0] + turn * arm[1], (*at)[1] - turn * arm[0], turn};
     }
-    found.reported.setConstant(std::numeric_limits<double>::quiet_NaN());
+    for (Vector3d* one : {&found.reported, &found.hidden, &found.bend}) one->setConstant(std::numeric_limits<double>::quiet_NaN());
     if (frames < MIN_FRAMES) return found;
     std::ptrdiff_t first = frames - MIN_FRAMES;
     while (first > 0 && times[first - 1] >= time - rule_.reported * WHOLE) --first;
     double mean = 0, square = 0;
     for (std::ptrdiff_t k = first; k < frames; ++k) mean += times[k] / static_cast<double>(frames - first);
-    found.reported.setZero();
+    found.reported.setZero(), found.hidden.setZero();
     for (std::ptrdiff_t k = first; k < frames; ++k) {
         square += (times[k] - mean) * (times[k] - mean);
         found.reported += (times[k] - mean) * past_[k].pose;
+        found.hidden += (times[k] - mean) * past_[k].rest;
     }
-    found.reported /= square;
+    found.reported /= square, found.hidden /= square;
+    found.reported_sigma = found.noise / std::sqrt(square);
+    const std::ptrdiff_t half = (first + frames - 1) / 2;
+    const double early = times[half] - times[first], late = time - times[half];
+    const auto seen = [&](std::ptrdiff_t k) -> Vector3d { return past_[k].pose + past_[k].rest; };
+    found.bend = (seen(frames - 1) - seen(half)) / late - (seen(half) - seen(first)) / early;
+    found.bend_sigma = found.noise * std::sqrt(2 / (early * early) + 2 / (late * late) + 2 / (early * late));
     return found;
 }
 

@@ -11,6 +11,7 @@
 namespace tactile::taxel {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
@@ -28,6 +29,12 @@ constexpr double SLIP_SPEED = 0.02;   // m/s, prior: mean speed of an object tha
 constexpr double LEAST_NOISE = 2e-3;  // taxels, of a position: what registration leaves of the phase between object and taxels
 constexpr double BORDER_LEAD = 0.5;   // thicknesses times traction over pressure, by which the image leads (a bonded elastic layer)
 constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
+
+// Square of a deviation without the part that noise of this variance in each of its components has in it.
+Matrix3d square_without(const Vector3d& deviation, double variance) {
+    const double square = deviation.squaredNorm();
+    return deviation * deviation.transpose() * std::max(0.0, 1 - 3 * variance / std::max(square, 1e-300));
+}
 
 std::ptrdiff_t count_of(const std::uint8_t* mask, std::ptrdiff_t size) {
     return std::count_if(mask, mask + size, [](std::uint8_t marked) { return marked != 0; });
@@ -78,16 +85,17 @@ ObjectMotion MotionTracker::process(const PressedPad& frame, double stamp, bool 
         return unknown();
     }
     const bool varies = load_varies(load, stamp), waits = varies && !moved(*found, now);
+    const Vector3d seen = since_pose(*found);
     if (waited_ && !varies) {
         rekey(now);
         found->fit.setZero(), found->turn *= 0;
     }
     waited_ = waits;
     const Vector3d by_centre = waits ? Vector3d(Vector3d::Zero()) : step_of(*found, mean);
-    const Vector3d step(by_centre[0] + by_centre[2] * arm_[1], by_centre[1] - by_centre[2] * arm_[0], by_centre[2]);
+    const Vector3d step = at_origin(by_centre);
     expected_ = found->fit + CONTINUED * (found->fit - (last_ ? last_->fit : Vector4d(Vector4d::Zero())));
     last_ = found;
-    auto [smooth, path] = follow(step, stamp);
+    auto [smooth, path] = follow(step, at_origin(seen - by_centre), stamp);
     if (waits || !moves_) {
         watch_.rest(frame.seen, size, !waits, stamp);
     } else if (const Vector3d direction = along_of(path.velocity);
@@ -98,8 +106,9 @@ ObjectMotion MotionTracker::process(const PressedPad& frame, double stamp, bool 
     const std::vector<float> slip = shear.move(frame.touched, frame.pressure, {smooth[0], smooth[1], smooth[2]});
     traction_pressure = shear.traction_pressure();
     ObjectMotion motion{path.reported.head<2>(), path.reported[2], std::vector<std::uint8_t>(size), step.head<2>(), step[2],
-                        unseen(*found),          pad.columns};
+                        unseen(*found),          pad.columns,     {},      {}};
     if (moves_) motion.slipping = lagging(slip, smooth, frame.touched);
+    state_errors(*found, seen - by_centre, path, motion);
     const Vector3d direction = along_of(path.velocity);
     along_ = moves_ && direction.norm() > 0 ? Vector3d(direction / direction.norm()) : Vector3d(Vector3d::Zero());
     if (found->largest() > limits_.key_moved) {
@@ -109,7 +118,10 @@ ObjectMotion MotionTracker::process(const PressedPad& frame, double stamp, bool 
     }
     slip_fraction_ = static_cast<double>(count_of(motion.slipping.data(), size)) / static_cast<double>(count);
     if (std::isnan(found->turn)) motion.turn = UNKNOWN;
-    if (found->blind) motion.linear.setConstant(UNKNOWN), motion.step.setConstant(UNKNOWN), motion.step_turn = UNKNOWN;
+    if (found->blind) {
+        motion.linear.setConstant(UNKNOWN), motion.step.setConstant(UNKNOWN), motion.step_turn = UNKNOWN;
+        motion.step_covariance.setConstant(UNKNOWN), motion.velocity_covariance.setConstant(UNKNOWN);
+    }
     return motion;
 }
 
@@ -125,7 +137,9 @@ ObjectMotion MotionTracker::unknown() {
     path_.reset();
     moves_ = false;
     const Vector2d nowhere = Vector2d::Constant(UNKNOWN);
-    return {nowhere, UNKNOWN, std::vector<std::uint8_t>(shear.pad().rows * shear.pad().columns), nowhere, UNKNOWN, 1, shear.pad().columns};
+    const Matrix3d any = Matrix3d::Constant(UNKNOWN);
+    return {nowhere, UNKNOWN, std::vector<std::uint8_t>(shear.pad().rows * shear.pad().columns), nowhere, UNKNOWN, 1, shear.pad().columns,
+            any,     any};
 }
 
 // Probability that an object that slips is not seen to, in the direction in which its position is known worst: that it is slower than what
@@ -142,10 +156,12 @@ bool MotionTracker::load_varies(double load, double stamp) {
     return first_and_change(limits_.load_s).second > limits_.load_change;
 }
 
-// Whether the contact has shifted by more than a load that does not grow can explain.
+// Whether the contact has shifted by more than a change of load can explain: a contact that grows on one side only shifts by half of what
+// it grows, and grows by the other half.
 bool MotionTracker::moved(const KeyframeMotion& found, const Now& now) const {
-    const double wanders = now.few ? CENTROID_SIGMA : WANDERS * found.sigma + released(limits_.load_s) / shear.pad().pitch;
-    return found.fit.head<2>().norm() > wanders && now.load < (1 + limits_.load_change) * first_and_change(limits_.load_s).first;
+    const double wanders =
+        now.few ? CENTROID_SIGMA : WANDERS * found.sigma + std::abs(found.fit[3]) + released(limits_.load_s) / shear.pad().pitch;
+    return found.fit.head<2>().norm() > wanders;
 }
 
 // m, by which the picture moves as traction is let go by the change of the load over the last interval, s.
@@ -161,12 +177,42 @@ std::pair<double, double> MotionTracker::first_and_change(double interval) const
     return {first, 1 - least / most};
 }
 
+// m, m, rad of the picture, at the keyframe's centre, beyond what has been attributed to the object.
+Vector3d MotionTracker::since_pose(const KeyframeMotion& found) const {
+    const double pitch = shear.pad().pitch;
+    return Vector3d(found.fit[0] * pitch, found.fit[1] * pitch, found.known_turn()) - pose_;
+}
+
+Vector3d MotionTracker::at_origin(const Vector3d& by_centre) const {
+    return {by_centre[0] + by_centre[2] * arm_[1], by_centre[1] - by_centre[2] * arm_[0], by_centre[2]};
+}
+
+// Sets the covariances of a motion; rest: of the picture's motion, at the keyframe's centre, what is not attributed to the object.
+void MotionTracker::state_errors(const KeyframeMotion& found, const Vector3d& rest, const PathMotion& path, ObjectMotion& motion) const {
+    const double reach = reach_ * shear.pad().pitch, variance = std::pow(found.sigma * shear.pad().pitch, 2);
+    const Vector3d paths(1, 1, reach);
+    const Matrix3d whole = Matrix3d::Identity();
+    const Vector3d hidden = rest.cwiseProduct(paths);
+    motion.step_covariance = 2 * followed_ * followed_ * variance * whole + square_without(hidden, variance);
+    // The object may follow the picture. A velocity that is reported as none may be one.
+    const Vector3d carried = (1 / followed_ - (moves_ ? 1 : 0)) * along_of(path.reported) + along_of(path.hidden);
+    const double noise = path.reported_sigma * path.reported_sigma;
+    motion.velocity_covariance = noise * whole + square_without(carried, noise / (followed_ * followed_)) +
+                                 square_without(along_of(path.bend), path.bend_sigma * path.bend_sigma);
+    Matrix3d to_origin = Vector3d(1, 1, 1 / reach).asDiagonal();
+    to_origin(0, 2) = arm_[1] / reach, to_origin(1, 2) = -arm_[0] / reach;
+    for (Matrix3d* one : {&motion.step_covariance, &motion.velocity_covariance}) {
+        *one = to_origin * *one * to_origin.transpose();
+        if (std::isnan(found.turn)) one->row(2).setConstant(UNKNOWN), one->col(2).setConstant(UNKNOWN);
+    }
+}
+
 // m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's traction is already
 // subtracted from the image; that of the new motion is corrected here.
 Vector3d MotionTracker::step_of(const KeyframeMotion& found, double mean) {
     const ShearPad& pad = shear.pad();
     const double stiff = BORDER_LEAD * pad.thickness * pad.pitch * pad.stiffness / std::max(mean, 1.0);
-    const Vector3d moved = Vector3d(found.fit[0] * pad.pitch, found.fit[1] * pad.pitch, found.known_turn()) - pose_;
+    const Vector3d moved = since_pose(found);
     // Where the object slips, traction is at its limit and changes its direction only.
     const Vector3d paths(1, 1, found.reach * pad.pitch);
     const Vector3d along = along_ * along_.dot(moved.cwiseProduct(paths));
@@ -177,10 +223,11 @@ Vector3d MotionTracker::step_of(const KeyframeMotion& found, double mean) {
     return step;
 }
 
-// The last motion at the origin (m, m, rad) without noise, and that of the path; step: with noise.
-std::pair<Vector3d, PathMotion> MotionTracker::follow(const Vector3d& step, double stamp) {
+// The last motion at the origin (m, m, rad) without noise, and that of the path. step: with noise; rest: of the picture's motion, what is
+// not attributed to the object.
+std::pair<Vector3d, PathMotion> MotionTracker::follow(const Vector3d& step, const Vector3d& rest, double stamp) {
     total_ += step;
-    const PathMotion found = path_.add(stamp, total_, arm_, reach_ * shear.pad().pitch);
+    const PathMotion found = path_.add(stamp, total_, rest, arm_, reach_ * shear.pad().pitch);
     moves_ = found.used > 1 && is_evident(found);
     const Vector3d smooth = found.pose - smooth_;
     smooth_ = found.pose;

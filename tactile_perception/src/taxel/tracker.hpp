@@ -48,6 +48,9 @@ struct ObjectMotion {
     double step_turn;                    // rad
     double unseen;                       // probability that an object that slips is not seen to
     std::ptrdiff_t columns;
+    // Of step and step_turn, and of linear and turn. The picture's motion that is attributed to traction or to a change of load may be the
+    // object's: the standard deviation along it is all of it, besides the noise of the registration.
+    Eigen::Matrix3d step_covariance, velocity_covariance;
 };
 
 // An image of the pressure on the pad (rows, columns), and what touches.
@@ -86,8 +89,11 @@ class MotionTracker {
     bool moved(const KeyframeMotion& found, const Now& now) const;
     double released(double interval) const;
     std::pair<double, double> first_and_change(double interval) const;
+    Eigen::Vector3d since_pose(const KeyframeMotion& found) const;
+    Eigen::Vector3d at_origin(const Eigen::Vector3d& by_centre) const;
     Eigen::Vector3d step_of(const KeyframeMotion& found, double mean);
-    std::pair<Eigen::Vector3d, PathMotion> follow(const Eigen::Vector3d& step, double stamp);
+    void state_errors(const KeyframeMotion& found, const Eigen::Vector3d& by_centre, const PathMotion& path, ObjectMotion& motion) const;
+    std::pair<Eigen::Vector3d, PathMotion> follow(const Eigen::Vector3d& step, const Eigen::Vector3d& rest, double stamp);
     bool is_evident(const PathMotion& path) const;
     Eigen::Vector3d along_of(const Eigen::Vector3d& velocity) const;
     std::vector<std::uint8_t> lagging(const std::vector<float>& slip, const Eigen::Vector3d& step, const std::uint8_t* touched) const;

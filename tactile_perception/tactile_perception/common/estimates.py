@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
-_UNKNOWN = np.full(4, np.nan)
+_UNKNOWN, _NOT_STATED = np.full(4, np.nan), np.full((6, 6), np.nan)
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,8 @@ class ContactRegionEstimate:
         In m, and quaternion x, y, z, w: a point of the object at x moves to rotation x + translation.
     motion_interval : float
         Duration of that motion in s.
+    motion_covariance : ndarray, shape (6, 6)
+        Of translation in m and rotation vector in rad; NaN where none is stated.
     pose_translation, pose_rotation : ndarray, shape (3,) and (4,)
         The same since the object touched.
     dot_confidence : ndarray, shape (N,) or (0,)
@@ -85,12 +87,20 @@ class ContactRegionEstimate:
     motion_translation: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
     motion_rotation: np.ndarray = field(default_factory=_UNKNOWN.copy)
     motion_interval: float = np.nan
+    motion_covariance: np.ndarray = field(default_factory=_NOT_STATED.copy)
     pose_translation: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
     pose_rotation: np.ndarray = field(default_factory=_UNKNOWN.copy)
     dot_confidence: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 NONE, INCIPIENT, GROSS = 0, 1, 2
+
+
+def planar_covariance(covariance: np.ndarray) -> np.ndarray:
+    """Covariance (6, 6) of a motion in the x-y plane from that of x, y and the rotation about z (3, 3): the others are 0 by definition."""
+    whole = np.zeros((6, 6))
+    whole[np.ix_((0, 1, 5), (0, 1, 5))] = covariance
+    return whole
 
 
 @dataclass
@@ -105,6 +115,8 @@ class SlipEstimate:
         Of the dots in contact; NaN without contact.
     linear, angular : ndarray, shape (3,)
         Twist of the object over the surface at the origin of the frame, in m/s and rad/s; 0 while all dots stick.
+    velocity_covariance : ndarray, shape (6, 6)
+        Of linear and angular; NaN where none is stated.
     rotation_center : ndarray, shape (3,)
         In m.
     x, y : ndarray, shape (S,)
@@ -119,6 +131,7 @@ class SlipEstimate:
     slipping_fraction: float = np.nan
     linear: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
     angular: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
+    velocity_covariance: np.ndarray = field(default_factory=_NOT_STATED.copy)
     rotation_center: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
     x: np.ndarray = field(default_factory=lambda: np.zeros(0))
     y: np.ndarray = field(default_factory=lambda: np.zeros(0))

@@ -102,6 +102,7 @@ def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
     _set_xyz(message.centroid, estimate.centroid)
     _set_xyz(message.normal, estimate.normal)
     _set_transform(message.motion, estimate.motion_translation, estimate.motion_rotation)
+    message.motion_covariance = estimate.motion_covariance.ravel()
     _set_transform(message.pose, estimate.pose_translation, estimate.pose_rotation)
     return message
 
@@ -180,6 +181,7 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
     message.slipping_fraction, message.confidence = float(estimate.slipping_fraction), float(estimate.confidence)
     _set_xyz(message.velocity.linear, estimate.linear)
     _set_xyz(message.velocity.angular, estimate.angular)
+    message.velocity_covariance = estimate.velocity_covariance.ravel()
     _set_xyz(message.rotation_center, estimate.rotation_center)
     message.x, message.y, message.vx, message.vy = map(_floats, (estimate.x, estimate.y, estimate.vx, estimate.vy))
     return message
@@ -297,7 +299,8 @@ def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
     ids, states = np.array(message.dot_id, np.int64), np.array(message.dot_state, np.uint8)
     return ContactRegionEstimate(ids, states, [_loop(loop) for loop in message.outlines], [_loop(loop) for loop in message.holes],
                                  message.area, _xyz(message.centroid), _xyz(message.normal), message.orientation, message.major_axis,
-                                 message.minor_axis, *_motion(message.motion), message.motion_interval, *_motion(message.pose),
+                                 message.minor_axis, *_motion(message.motion), message.motion_interval,
+                                 np.array(message.motion_covariance).reshape(6, 6), *_motion(message.pose),
                                  np.array(message.dot_confidence, float))
 
 
@@ -322,7 +325,8 @@ def slip_from_message(message: Slip) -> SlipEstimate:
     check_numbers(message)
     positions = (np.array(getattr(message, name), float) for name in ('x', 'y', 'vx', 'vy'))
     return SlipEstimate(message.state, message.slipping_fraction, _xyz(message.velocity.linear), _xyz(message.velocity.angular),
-                        _xyz(message.rotation_center), *positions, message.confidence)
+                        np.array(message.velocity_covariance).reshape(6, 6), _xyz(message.rotation_center), *positions,
+                        message.confidence)
 
 
 def wrench_from_message(message: WrenchStamped) -> np.ndarray:

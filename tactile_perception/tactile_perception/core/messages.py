@@ -68,9 +68,10 @@ def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
 #: Type of a message -> name of a field or of one within it, and the largest magnitude of its numbers.
 _LIMITS = {
     ContactRegion: {**dict.fromkeys(('centroid', 'normal', 'motion', 'pose', 'area', 'dot_confidence', 'orientation', 'major_axis',
-                                     'minor_axis'), _FARTHEST_M), 'motion_interval': _LARGEST},
+                                     'minor_axis'), _FARTHEST_M), **dict.fromkeys(('motion_interval', 'motion_covariance'), _LARGEST)},
     Contact: {'position': _FARTHEST_M, **dict.fromkeys(('normal', 'depth', 'force', 'position_covariance'), _LARGEST)},
-    Slip: dict.fromkeys(('x', 'y', 'vx', 'vy', 'slipping_fraction', 'confidence', 'rotation_center', 'velocity'), _LARGEST),
+    Slip: dict.fromkeys(('x', 'y', 'vx', 'vy', 'slipping_fraction', 'confidence', 'rotation_center', 'velocity',
+                         'velocity_covariance'), _LARGEST),
     WrenchStamped: {'wrench': _LARGEST},
 }
 

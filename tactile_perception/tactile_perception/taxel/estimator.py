@@ -15,7 +15,7 @@ from tactile_driver.plugins import PluginTable
 
 from .._core.taxel import Baseline, DeadTaxels, Hysteresis, Mechanics, ObjectMotion, Region, Regions
 from ..common.contact_tracker import ContactTracker, TrackedContact
-from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
+from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate, planar_covariance
 from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
 from ..core.errors import BadArgument, BadFrame
@@ -31,8 +31,10 @@ _SLOPE_SIGMAS = 5.0  # noise standard deviations at which the slope of the respo
 # reported if it is the largest or persists, because a face splits into pieces for a frame when it starts or ends touching.
 _MIN_PEAK_SIGMAS = 40.0
 _MAX_STEP = 1.5  # pitches between the borders of a contact in two consecutive frames
-# Standard deviations of a centroid, pitches, and of the friction over that of the pad: unknown traction moves the centroid.
-_CENTROID_SIGMA, _FRICTION_SIGMA = 0.03, 0.3
+_CENTROID_SIGMA = 0.03  # pitches, standard deviation of a centroid
+# Standard deviation, over the lead that is subtracted, of a lead that is anywhere from none to that. It follows from a balance of moments
+# of a pad of the stated thickness and from a traction that no taxel measures: a thinner pad, or an object that creeps, has less of it.
+_LEAD_SIGMA = 1 / math.sqrt(3)
 # Noise standard deviations; at this peak the position error is one pad thickness, and it falls with the third power of the peak: a rough
 # face first touches with a few bumps. Measured on recordings of two simulations.
 _ROUGHNESS_SIGMAS = 17.0
@@ -292,7 +294,7 @@ class TaxelEstimator:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = tracked.moments.centroid.copy()
         position[2] = -depth
-        (x, y), light = (_FRICTION_SIGMA * self._method.lead).tolist(), self.pad.thickness * (_ROUGHNESS_SIGMAS * noise / region.peak)**3
+        (x, y), light = (_LEAD_SIGMA * self._method.lead).tolist(), self.pad.thickness * (_ROUGHNESS_SIGMAS * noise / region.peak)**3
         alone = (_CENTROID_SIGMA * self.array.pitch)**2 + light**2
         covariance = np.array([[alone + x * x, x * y, np.nan], [x * y, alone + y * y, np.nan], [np.nan] * 3])
         flags = AMBIGUOUS * (tracked.merged or broken) | AT_EDGE * region.at_edge | SATURATED * region.saturated
@@ -318,4 +320,5 @@ class TaxelEstimator:
             estimate.motion_translation = np.array([*motion.step, 0.0])
             estimate.motion_rotation = np.array([0.0, 0.0, math.sin(0.5 * motion.step_turn), math.cos(0.5 * motion.step_turn)])
             estimate.motion_interval = interval
+            estimate.motion_covariance = planar_covariance(motion.step_covariance)
         return estimate

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from .._core.taxel import MotionLimits, ObjectMotion
-from ..common.estimates import FAR, NONE, SlipEstimate, next_state, state_probability
+from ..common.estimates import FAR, NONE, SlipEstimate, next_state, planar_covariance, state_probability
 from .pressure import TaxelArray
 
 #: Constants of motion and slip, with units and meaning in src/taxel/tracker.hpp.
@@ -40,7 +40,7 @@ class TaxelSlip:
         slipping = motion.slipping
         fraction = np.count_nonzero(slipping) / np.count_nonzero(touched)
         self._state = next_state(self._state, fraction)
-        estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3))
+        estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3), planar_covariance(motion.velocity_covariance))
         estimate.confidence = self._precision[self._state] * state_probability(self._state, fraction, _PATCHES)
         if self._state == NONE:
             estimate.confidence /= 1 + motion.unseen  # posterior of even prior odds, given that no slip was observed

@@ -76,16 +76,16 @@ def test_contacts():
 def test_a_region():
     loop = np.array([[0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0]])
     made = ContactRegionEstimate(np.array([4, 7]), np.array([1, 2], np.uint8), [loop], [loop / 2], 1e-6, np.ones(3), np.array([0, 0, 1.0]),
-                                 0.1, 2e-3, 1e-3, np.zeros(3), np.array([0, 0, 0, 1.0]), 0.05)
+                                 0.1, 2e-3, 1e-3, np.zeros(3), np.array([0, 0, 0, 1.0]), 0.05, np.diag(np.arange(6.0)))
     back = convert.region_from_message(convert.region_to_message(made, HEADER))
     same(made, back, ('dot_id', 'dot_state', 'outlines', 'holes', 'area', 'centroid', 'normal', 'orientation', 'major_axis', 'minor_axis',
-                      'motion_translation', 'motion_rotation', 'motion_interval'))
+                      'motion_translation', 'motion_rotation', 'motion_interval', 'motion_covariance'))
 
 
 def test_slip_and_wrench():
-    made = SlipEstimate(1, 0.5, np.arange(3.0), np.arange(3.0), np.full(3, np.nan), *(np.arange(2.0) + k for k in range(4)))
+    made = SlipEstimate(1, 0.5, np.arange(3.0), np.arange(3.0), np.eye(6), np.full(3, np.nan), *(np.arange(2.0) + k for k in range(4)))
     back = convert.slip_from_message(convert.slip_to_message(made, HEADER))
-    same(made, back, ('state', 'slipping_fraction', 'linear', 'angular', 'rotation_center', 'x', 'y', 'vx', 'vy'))
+    same(made, back, ('state', 'slipping_fraction', 'linear', 'angular', 'velocity_covariance', 'rotation_center', 'x', 'y', 'vx', 'vy'))
     assert convert.wrench_from_message(convert.wrench_to_message(np.arange(6.0), HEADER)).tolist() == [0, 1, 2, 3, 4, 5]
 
 

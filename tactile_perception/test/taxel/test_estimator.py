@@ -231,17 +231,29 @@ def test_a_roller_that_rolls_does_not_slip_and_a_smooth_bar_does():
     assert macro_f1(played('smooth', 50.0)[0][[[NONE], [GROSS]], [NONE, GROSS]]) > 0.9
 
 
-def test_the_position_covariance_holds_for_lower_friction_than_that_of_the_pad():
+def square(error, covariance):
+    """Of an error (3,) along the surface, over its covariance (6, 6), per degree of freedom."""
+    return error[:2] @ np.linalg.solve(covariance[:2, :2], error[:2]) / 2
+
+
+def test_the_covariances_hold_for_lower_friction_than_that_of_the_pad():
     scene, pad = TaxelScene(TAXEL_SCENES['smooth'], 50.0, 3, ink=InkSpecimen(uneven=0.0, loop=0.0, memory=0.0)), PadSpecimen()
     estimator = TaxelEstimator(ARRAY, SoftPad(pad.thickness, pad.press * pad.thickness, pad.pull * pad.thickness, pad.grip), KNOWN)
-    squares = []
+    squares, motions, velocities = [], [], []
     for k in range(scene.frames):
         values, truth = scene.render(k / scene.rate)
-        contacts = estimator.process(values, 1 + k / scene.rate).contacts
+        found = estimator.process(values, 1 + k / scene.rate)
+        contacts = found.contacts
+        if np.isfinite(truth.motion[0]) and np.isfinite(found.region.motion_interval):
+            motions.append(square(found.region.motion_translation - truth.motion[:3], found.region.motion_covariance))
+        if truth.slip_state == GROSS and found.slip.state != NONE:
+            velocities.append(square(found.slip.linear - truth.motion[:3] * scene.rate, found.slip.velocity_covariance))
         if truth.slip_state == GROSS and len(contacts) == 1:
             off, covariance = contacts[0].position[:2] - truth.centroid[:2], contacts[0].position_covariance[:2, :2]
             squares.append(off @ np.linalg.solve(covariance, off) / 2)
-    assert len(squares) > 30 and 0.3 < np.mean(squares) < 3
+    assert len(squares) > 30 and 0.1 < np.mean(squares) < 3
+    assert len(motions) > 100 and 0.03 < np.mean(motions) < 2
+    assert len(velocities) > 30 and 0.2 < np.median(velocities) < 2
 
 
 def test_a_copy_is_independent_and_gives_the_same_results():

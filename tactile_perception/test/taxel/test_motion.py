@@ -158,7 +158,8 @@ TOUCHED = picture(bar(2, 0), blur=0.1) > 30
 
 
 def motion(slipping, linear=(0.0, 0.0), turn=0.0):
-    return SimpleNamespace(linear=np.array(linear), turn=turn, slipping=slipping, unseen=0.0)
+    return SimpleNamespace(linear=np.array(linear), turn=turn, slipping=slipping, unseen=0.0,
+                           velocity_covariance=np.eye(3))
 
 
 def test_states_follow_the_slipping_fraction():
