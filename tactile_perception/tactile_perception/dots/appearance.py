@@ -49,7 +49,7 @@ _LEVELS = 20, 50, 80, 95  # percent of the discs' contrasts, tried as that of th
 _SIGMA, _RANGE, _ODD, _ODD_SIGMAS = 0.25, 2 * np.log(2), 0.01, 3.0
 _NEIGHBOURS, _IN_LINE = 4, 0.2  # of a dot, with which a third dot makes an equally spaced line, within so much of the distance
 _CHANCE, _MAX_REGULAR = 0.2, 0.95  # share of neighbours with such a third dot: in any image, and the most that is assumed of a print
-_MAX_SQUARENESS = 0.5  # of a pattern's blobs, 0 for discs and 1 for squares: the holes of a mesh, the fields of a chessboard
+_MAX_SQUARENESS = 0.68  # of a pattern's blobs: dots of other makers have up to 0.56, holes of a mesh and fields of a chessboard from 0.8
 _GREY_GAIN = 1.25  # of the noise of one channel over that of the mean of three that depend on each other a little
 MIN_LOG_ODDS = 13.0  # of which 3 pay for the sizes, signs, channels and contrasts that are tried
 
@@ -296,14 +296,16 @@ class KnownDots:
     sigma: np.ndarray
     regular: float
 
-    def odds(self, uv: np.ndarray, logarithms: np.ndarray) -> np.ndarray:
-        """Decimal log odds (N,) of discs at uv (N, 2) px by their logarithms (N, k) beside those of the dots near."""
-        return _alike(_deviations(uv, logarithms, self), self.sigma)
-
-    def diameters_at(self, uv: np.ndarray) -> np.ndarray:
-        """Median diameters (N,), px, of the dots near uv (N, 2) px."""
+    def near(self, uv: np.ndarray) -> np.ndarray:
+        """(N, k), medians of the logarithms of the dots near uv (N, 2) px."""
         near = Neighbours(self.uv).query(uv, min(2 * _NEIGHBOURS, len(self.uv)))[1]
-        return np.exp(np.median(self.logarithms[near, 1], axis=1))
+        return np.median(self.logarithms[near], axis=1)
+
+    def odds(self, away: np.ndarray) -> np.ndarray:
+        """Decimal log odds (N,) of discs whose logarithms differ by away (N, k) from those near."""
+        square = (away / self.sigma)**2 / 2
+        alike = (1 - _ODD) * np.exp(-square) + _ODD / _ODD_SIGMAS * np.exp(-square / _ODD_SIGMAS**2)
+        return np.log10(np.maximum(_RANGE / (np.sqrt(2 * np.pi) * self.sigma) * alike, 1e-9)).sum(axis=1)
 
 
 def likely_dots(uv: np.ndarray, logarithms: np.ndarray, own: np.ndarray,
@@ -314,14 +316,17 @@ def likely_dots(uv: np.ndarray, logarithms: np.ndarray, own: np.ndarray,
     Returns (N,) bool, the sum of the log odds, and the dots, None for too few.
     """
     some, good, here = np.arange(len(uv)), np.zeros(1, bool), known
+    away = None if known is None or not len(uv) else logarithms - known.near(uv)
     while not good.all():
         if len(some) < MIN_DOTS:
             return np.zeros(len(uv), bool), _OTHER_ODDS * len(uv), None
-        in_line, away = _in_line(uv[some]), _deviations(uv[some], logarithms[some], known)
-        here = known or KnownDots(uv[some], logarithms[some], np.maximum(robust_sigma(away, axis=0), _SIGMA), float(in_line.mean()))
+        in_line = _in_line(uv[some])
+        if known is None:
+            away = _deviations(uv[some], logarithms[some])
+            here = KnownDots(uv[some], logarithms[some], np.maximum(robust_sigma(away, axis=0), _SIGMA), float(in_line.mean()))
         share = np.clip(here.regular, _CHANCE, _MAX_REGULAR)
         spacing = np.where(in_line, np.log10(share / _CHANCE), np.log10((1 - share) / (1 - _CHANCE)))
-        odds = own[some] + _alike(away, here.sigma) + spacing.sum(axis=1)
+        odds = own[some] + here.odds(away if known is None else away[some]) + spacing.sum(axis=1)
         good = odds > _OTHER_ODDS
         some = some[good]
     kept = np.zeros(len(uv), bool)
@@ -329,18 +334,10 @@ def likely_dots(uv: np.ndarray, logarithms: np.ndarray, own: np.ndarray,
     return kept, float(odds.sum()) + _OTHER_ODDS * np.count_nonzero(~kept), here
 
 
-def _alike(away: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-    """Decimal log odds (N,) of discs whose logarithms differ from those near by away (N, k), with standard deviations sigma (k,)."""
-    square = (away / sigma)**2 / 2
-    alike = (1 - _ODD) * np.exp(-square) + _ODD / _ODD_SIGMAS * np.exp(-square / _ODD_SIGMAS**2)
-    return np.log10(np.maximum(_RANGE / (np.sqrt(2 * np.pi) * sigma) * alike, 1e-9)).sum(axis=1)
-
-
-def _deviations(uv: np.ndarray, logarithms: np.ndarray, known: KnownDots | None) -> np.ndarray:
-    """Logarithms (N, k) above the median of those of the known dots near, or of one another."""
-    others, first = (logarithms, 1) if known is None else (known.logarithms, 0)
-    tree = Neighbours(uv if known is None else known.uv)
-    return logarithms - np.median(others[tree.query(uv, min(2 * _NEIGHBOURS + first, len(others)))[1][:, first:]], axis=1)
+def _deviations(uv: np.ndarray, logarithms: np.ndarray) -> np.ndarray:
+    """Logarithms (N, k) above the median of those near."""
+    near = Neighbours(uv).query(uv, min(2 * _NEIGHBOURS + 1, len(uv)))[1]
+    return logarithms - np.median(logarithms[near[:, 1:]], axis=1)
 
 
 def _in_line(uv: np.ndarray) -> np.ndarray:

@@ -36,9 +36,10 @@ _MIN_CORRELATION = 0.62  # with a disc, where none is fitted: worn dots have 0.6
 _MAX_RATIO = 3.0  # of a disc's contrast to that of the pattern, or its inverse: uneven light
 _SHARES = 0.65, 1.0, 1.5  # of the typical diameter, at which discs are searched where none is fitted
 _TIE = 1e-3  # decimal log odds by which the correlation decides between overlapping discs of equal odds
-_SIZES = 4  # an octave, of the diameters with which dots are placed
 _ROUNDS = 3  # of centroids, each in a window about the last
 _WINDOW, _GROUND = 0.65, (0.6, 0.9)  # diameters from a dot's centre: radius of that window, and of the ring of ground around it
+_STEP = 0.15  # diameters, between the samples around a dot
+_DOWN, _ACROSS = _STEP * np.mgrid[-6:7, -6:7].reshape(2, -1)
 _UNSURE = 0.01  # of the diameter, standard deviation of a centroid: worn dots have 0.003 from frame to frame, and jumps of 0.03
 
 
@@ -98,12 +99,12 @@ def _discs(grey, pattern, fitted: Dots, known: KnownDots | None) -> Dots:
     if len(fitted):
         free &= Neighbours(fitted.uv).query(found.uv)[0] > OVERLAP * pattern.diameter
     found = found.take(free)
-    odds = own_odds(found.correlation, found.diameter) + _TIE * found.correlation
-    if known is not None:
-        odds += known.odds(found.uv, found.logarithms(pattern.sign))
-    found = found.take(without_doubles(found.uv, odds, OVERLAP * found.diameter))
-    size = found.diameter if known is None else 2**(np.rint(_SIZES * np.log2(known.diameters_at(found.uv))) / _SIZES)
-    dots = _joined([fitted.take(slice(0)), *(place_dots(grey, pattern.sign, found.uv[size == each], each) for each in np.unique(size))])
+    odds, size = own_odds(found.correlation, found.diameter) + _TIE * found.correlation, found.diameter
+    if known is not None and len(size):
+        near = known.near(found.uv)
+        odds, size = odds + known.odds(found.logarithms(pattern.sign) - near), np.exp(near[:, 1])
+    alone = without_doubles(found.uv, odds, OVERLAP * found.diameter)
+    dots = place_dots(grey, pattern.sign, found.uv[alone], size[alone])
     return dots.take(without_doubles(dots.uv, dots.area, OVERLAP * np.sqrt(4 / np.pi * dots.area)))
 
 
@@ -111,28 +112,27 @@ def _joined(parts) -> Dots:
     return Dots(*(np.concatenate([getattr(part, name) for part in parts]) for name in ('uv', 'area', 'sigma')))
 
 
-def place_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> Dots:
-    """Dots of an image (H, W) uint8 near positions uv (N, 2) px of discs of about that diameter, px, as centroids of what is brighter than
-    the ground around them, darker for sign -1."""
-    small, scale, diameter = reduced(grey, diameter)
-    half, most = int(np.ceil(_GROUND[1] * diameter)), np.array(small.shape[::-1]) - 1
-    y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
-    padded = cv2.copyMakeBorder(small, half, half, half, half, cv2.BORDER_REPLICATE) * sign
-    far = np.hypot(x, y)
-    ring, disc = (far > _GROUND[0] * diameter) & (far < _GROUND[1] * diameter), far < _WINDOW * diameter + 1.5
+def place_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: np.ndarray | float) -> Dots:
+    """Dots of an image (H, W) uint8 near positions uv (N, 2) px of discs of about these diameters (N,), px, or of one, as centroids of what
+    is brighter than the ground around them, darker for sign -1."""
+    if not len(uv):
+        return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+    small, scale, _ = reduced(grey, float(np.median(diameter)))
+    side = np.broadcast_to(diameter, len(uv))[:, None] * scale.mean()
+    far = np.hypot(_ACROSS, _DOWN)
+    ring, disc = (far > _GROUND[0]) & (far < _GROUND[1]), far < _WINDOW + _STEP / 2
+    window = np.clip((_WINDOW - far[disc]) / _STEP + 0.5, 0, 1)
 
-    def pixels(middle, some):
-        """(N, P) of those about each of middle (N, 2)."""
-        return padded[middle[:, 1, None] + half + y[some], middle[:, 0, None] + half + x[some]]
-    place = (np.asarray(uv, float) + 0.5) * scale - 0.5
-    ground = np.median(pixels(np.clip(np.rint(place).astype(int), 0, most), ring), axis=1)[:, None]
+    def samples(some):
+        """(N, P) grey levels around the positions."""
+        u, v = (position[:, axis, None] + side * along[some] for axis, along in enumerate((_ACROSS, _DOWN)))
+        return sign * cv2.remap(small, u.astype(np.float32), v.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    position = (np.asarray(uv, float) + 0.5) * scale - 0.5
+    ground = np.median(samples(ring), axis=1)[:, None]
     for _ in range(_ROUNDS):
-        middle = np.clip(np.rint(place).astype(int), 0, most)
-        off = (place - middle).astype(np.float32)
-        away = np.hypot(x[disc].astype(np.float32) - off[:, :1], y[disc].astype(np.float32) - off[:, 1:])
-        weight = np.maximum(pixels(middle, disc) - ground, 0) * np.clip(_WINDOW * diameter + 0.5 - away, 0, 1)
+        weight = np.maximum(samples(disc) - ground, 0) * window
         total = np.maximum(weight.sum(axis=1), 1e-3)
-        place = middle + np.stack([weight @ x[disc], weight @ y[disc]], axis=1) / total[:, None]
+        position = position + side * np.stack([weight @ _ACROSS[disc], weight @ _DOWN[disc]], axis=1) / total[:, None]
     level = np.maximum((weight**2).sum(axis=1) / total, 1.0)[:, None]
-    area = np.minimum(weight / level, 1).sum(axis=1) / scale.prod()
-    return Dots((place + 0.5) / scale - 0.5, np.maximum(area, 1.0), np.full(len(place), _UNSURE * diameter / scale.mean()))
+    area = np.minimum(weight / level, 1).sum(axis=1) * (_STEP * side[:, 0])**2 / scale.prod()
+    return Dots((position + 0.5) / scale - 0.5, np.maximum(area, 1.0), _UNSURE * side[:, 0] / scale.mean())

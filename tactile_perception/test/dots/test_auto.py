@@ -228,6 +228,12 @@ def test_pictures_that_scikit_image_ships_are_refused(name):
             DotDetector('any', 'auto').detect(cv2.resize(picture, None, fx=factor, fy=factor))
 
 
+def test_coins_in_rows_are_a_pattern_of_dots():
+    """Their discs are rounder than worn print and stand in rows: what their faces show does not make them less of a pattern."""
+    folder = Path(pytest.importorskip('skimage.data', reason='scikit-image is not installed').__file__).parent
+    assert len(DotDetector('any', 'auto').detect(cv2.imread(str(folder / 'coins.png')))) == 24
+
+
 @pytest.mark.parametrize('blur', [0.6, 2.0])
 @pytest.mark.parametrize('quality', [95, 40])
 def test_a_strainer_that_is_out_of_focus_or_compressed_is_refused(blur, quality):
