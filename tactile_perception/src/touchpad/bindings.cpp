@@ -195,6 +195,14 @@ void bind_contact(py::module_& module) {
         "Where the object stands in a region whose dots are at points, m: position (3,), m, its covariance (3, 3), normal (3,) of the\n"
         "surface there, and depth, m, NaN: unknown. border, start: of the region's polygons; rest: of the surface.",
         contact_of, "points (N, 3)", "border (M, 3)", "start (L=1..1000000000)", "wide (R=6..65536, C=6..65536, 3)", "region", "rest");
+    def(
+        module, "contact_forces -> (K, 3), (6)", "Forces, N, of the object on all dots of a grid, and their wrench, N and N m, at the origin.",
+        [](const DotLoads& loads, int rows, int columns) {
+            const Grid grid = grid_of(rows, columns, 3);
+            check_size(loads, grid.size());
+            return members<2>(contact_forces(loads, grid));
+        },
+        "loads", py::kw_only(), "rows", "columns");
     using Net = BorderNetwork;
     using Floats = Array<float>;
     auto network = class_of<Net, std::shared_ptr<Net>>(module, "BorderNetwork", "A network that estimates a dot's distance from a border.");
@@ -221,6 +229,7 @@ void bind_contact(py::module_& module) {
     auto tracker =
         class_of<StickSlip>(module, "StickSlip", "Which dots of a grid stick or slip, frame by frame; origin: m, camera centre.",
                             get("slipping (K)", &StickSlip::slipping, "probability that a dot slips, given that it touches; NaN: unknown"),
+                            get("confidence (K)", &StickSlip::confidence, "probability of each dot's state; NaN: unknown"),
                             get("objects", &StickSlip::objects, "list of TouchingObject, largest first"),
                             get("friction", &StickSlip::friction, "coefficient of the object last seen"),
                             get("noise", &StickSlip::noise, "m, standard deviation of a dot's motion across its ray"));

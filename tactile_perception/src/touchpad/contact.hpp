@@ -24,4 +24,12 @@ struct BorderNetwork {
 /// inside on, and 0 where no adjacent dot carries a load. pitch: of the dots, m.
 std::vector<double> border_scores(const BorderNetwork& network, Grid grid, const DotLoads& loads, double pitch);
 
+// Forces (K, 3), N, of an object on the dots with a load and, with a weight, on those around: range errors beside an edge move load between
+// the dots at the edge and the free dots around it, but hardly change the sum. wrench: N and N m, at the origin.
+struct ContactForces {
+    std::vector<double> force, wrench;
+};
+
+ContactForces contact_forces(const DotLoads& loads, Grid grid);
+
 }  // namespace tactile

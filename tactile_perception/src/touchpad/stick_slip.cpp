@@ -56,6 +56,17 @@ std::array<double, MODES> expected_odds(std::array<double, MODES> odds, double r
     return odds;
 }
 
+constexpr double BORDER_NOISE = 0.2;     // pitches, standard deviation of the network's distances, on random scenes (docs/stick_slip.md)
+constexpr double SURE_BUT_WRONG = 0.06;  // share of the dots whose state is wrong although the model is certain, on the same scenes
+
+// Probability of a dot's state. score: half its distance from the border, pitches, plus 1/2; slipping: probability, given that it touches.
+double state_confidence(double score, std::uint8_t state, double slipping) {
+    const double reported = 0.5 + 0.5 * std::erf(std::abs(2 * score - 1) / BORDER_NOISE / std::sqrt(2.0));
+    if (state == FREE) return reported;
+    const double slips = SURE_BUT_WRONG + (1 - 2 * SURE_BUT_WRONG) * slipping;
+    return reported * (state == SLIPPING ? slips : 1 - slips);
+}
+
 }  // namespace
 
 StickSlip::StickSlip(Grid grid, Vector3d origin, StickSlipModel model)
@@ -69,6 +80,7 @@ StickSlip::StickSlip(Grid grid, Vector3d origin, StickSlipModel model)
       last_xyz_(3 * grid.size()),
       moved_(3 * grid.size()),
       slipping_(grid.size(), NAN),
+      confidence_(grid.size(), NAN),
       last_seen_(grid.size()) {}
 
 Twist TouchingObject::held_twist() const {
@@ -108,6 +120,7 @@ std::vector<std::uint8_t> StickSlip::update(const DotLoads& loads, const std::ve
         }
         objects.push_back(object);
     }
+    for (std::ptrdiff_t k = 0; k < grid_.size(); ++k) confidence_[k] = state_confidence(score[k], states[k], slipping_[k]);
     if (objects.empty() && objects_.empty()) measure_noise(loads);
     for (std::size_t k = 0; k < moved_.size(); ++k) moved_[k] = loads.xyz[k] - last_xyz_[k];
     objects_ = std::move(objects), held_ = std::move(held), seconds_ = seconds;

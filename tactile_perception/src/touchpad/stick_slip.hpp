@@ -66,6 +66,9 @@ class StickSlip {
     /// Probabilities (K) that the dots slip, given that they touch; NaN of dots that are free or were not seen in the last two frames.
     const std::vector<double>& slipping() const { return slipping_; }
 
+    /// Probabilities (K) of the dots' states; NaN where slipping is.
+    const std::vector<double>& confidence() const { return confidence_; }
+
     /// The objects in contact, largest first.
     const std::vector<TouchingObject>& objects() const { return objects_; }
 
@@ -91,7 +94,7 @@ class StickSlip {
     double noise_, friction_, friction_variance_, seconds_ = 0;
     std::vector<TouchingObject> objects_;
     std::vector<int> held_;  // number of the object on a dot, from 1; 0: none
-    std::vector<double> last_xyz_, moved_, slipping_;
+    std::vector<double> last_xyz_, moved_, slipping_, confidence_;
     std::vector<std::uint8_t> last_seen_;
 };
 

@@ -16,19 +16,11 @@ from tactile_driver.plugins import PluginTable
 
 from .. import _core
 from ..common.geometry import are_collinear
-from ..common.statistics import normal_cdf
 from ..core.errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
 from .pose import RigidMotion
 
-_BORDER_NOISE = 0.2  # pitches; standard deviation of the network's distances, on random scenes (docs/stick_slip.md)
-# Share of the dots whose state is wrong although the model is certain, measured on the same scenes.
-SURE_BUT_WRONG_DOTS = 0.06
-_MIN_LOAD = 0.5  # a dot with a larger load is loaded: its force counts in full
-# Steps from the nearest loaded dot up to which forces count in full, and from which they do not count. The weight falls linearly between,
-# which is less noisy than a sharp border. On simulated faces, rings, balls and edges the force errors are 2.7 to 2.9 % for all values
-# between 2 to 3 and 4 to 6, and 7.0 % with the neighbouring dots alone; under glare 8.5 to 9.6 % and 12.8 %.
-_FULL_WEIGHT_STEPS, ZERO_WEIGHT_STEPS = 2, 6
+ZERO_WEIGHT_STEPS = 6  # steps from the nearest loaded dot from which forces do not count (src/touchpad/contact.cpp)
 _NETWORK = Path(__file__).with_name('border_network.npz')  # fitted by test/benchmark/fit_contact_score.py
 
 
@@ -96,35 +88,12 @@ class DotClassification:
     interval: float = np.nan
 
 
-def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray) -> np.ndarray:
-    """Probability (N,) of each state.
-
-    score: (N,), half the dot's distance from the border in pitches, plus 1/2; state: (N,); slipping: (N,), probability that a dot slips
-    given that it is in contact, NaN if unknown.
-    """
-    reported = normal_cdf(np.abs(2 * score - 1) / _BORDER_NOISE)
-    slipping = SURE_BUT_WRONG_DOTS + (1 - 2 * SURE_BUT_WRONG_DOTS) * slipping
-    return np.where(state == 0, reported, reported * np.where(state == 2, slipping, 1 - slipping))
-
-
 def steps_from(dots: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """Count the steps (K,) from each dot of a grid to the nearest of dots (K,) bool, along rows, columns and diagonals.
 
     Without any such dot the steps are more than the grid has.
     """
     return cv2.distanceTransform((~dots).astype(np.uint8).reshape(shape), cv2.DIST_C, 3).ravel()
-
-
-def contact_forces(loads: _core.touchpad.DotLoads, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Sum up the forces (K, 3), N, on loaded dots and, with a weight, on those around to a wrench (6,), N and N m, at the origin.
-
-    Range errors beside an edge move load between the dots at the edge and the free dots around it, but hardly change the sum.
-    """
-    weight = np.interp(steps_from(loads.load > _MIN_LOAD, shape), (_FULL_WEIGHT_STEPS, ZERO_WEIGHT_STEPS), (1, 0))
-    force = loads.force * weight[:, None]
-    moment = (loads.xyz.T @ force).tolist()
-    moments = [moment[a][b] - moment[b][a] for a, b in ((1, 2), (2, 0), (0, 1))]
-    return force, np.concatenate([weight @ loads.force, moments])
 
 
 class MembraneMethod:
@@ -163,12 +132,14 @@ class MembraneMethod:
         score = border_network().scores(loads, rows=self._shape[0], columns=self._shape[1], pitch=self._pitch)
         state = self._dots.update(loads, score, seconds)
         self._stamp_s = stamp_s
-        force, wrench = contact_forces(loads, self._shape) if state.any() else (np.zeros((len(state), 3)), np.zeros(6))
-        confidence = state_confidence(score[ids], state[ids], self._dots.slipping[ids])
+        force, wrench = np.zeros((len(state), 3)), np.zeros(6)
+        if state.any():
+            force, wrench = _core.touchpad.contact_forces(loads, rows=self._shape[0], columns=self._shape[1])
         rotation, translation = self._dots.motion()
         return DotClassification(
             state[ids], score[ids], wrench, self._dots.displacements().take(ids, axis=0), AllDots(loads.xyz, score, state, force),
-            confidence, self._dots.objects, None if np.isnan(translation[0]) else RigidMotion(rotation, translation), seconds)
+            self._dots.confidence[ids], self._dots.objects,
+            None if np.isnan(translation[0]) else RigidMotion(rotation, translation), seconds)
 
 
 class ContactMethod(Protocol):

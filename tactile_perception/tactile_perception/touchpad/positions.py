@@ -23,7 +23,8 @@ from .water import GlaringPad, RestLight, RingColours, SeenGlare, WaterModel, lo
 
 _MIN_DRIFT = 0.02  # px; a smaller drift of the reference does not update the membrane
 # m; the volume of the water is constant, so that the mean distance of the dots from the camera hardly changes: by 0.35 mm at most in
-# presses down to 5 mm, but by 0.75 mm if a lamp outside adds 5 of 255 grey levels.
+# presses down to 5 mm, but by 0.75 mm if a lamp outside adds 5 of 255 grey levels. Three times the former: a deeper press is no lamp, and
+# what less light than twice that lamp's shifts is still a usable position.
 _MAX_MEAN_CHANGE = 1.0e-3
 _MIN_EXTENT = 1.0  # px; if all dots lie nearer to the first one, the tracks are wrong and show no shape
 
@@ -131,10 +132,11 @@ class DotPositions:
             if self._glare is not None:
                 self._glare.set_rest(self.rest.xyz, self._light.normals)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
-        ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._glaring(colours, rays, tracks))
+        rest = self._light.take(tracks.id)
+        ranges, sigma = self._water.solve(colours, rays, rest, tracks, self._glaring(colours, rays, tracks))
         if not np.isfinite(ranges).any() or _coincide(tracks.uv):
             return np.full((len(tracks), 3), np.nan)
-        self.warning = self._changed_light(ranges, tracks.id)
+        self.warning = self._changed_light(ranges, rest.ranges)
         if self.warning:
             return np.full((len(tracks), 3), np.nan)
         xyz = self._membrane.solve(rays, ranges, sigma, tracks.id).xyz.take(tracks.id, axis=0)
@@ -142,9 +144,11 @@ class DotPositions:
             xyz[self._unknown[tracks.id]] = np.nan
         return xyz
 
-    def _changed_light(self, ranges: np.ndarray, ids: np.ndarray) -> str:
-        """Return a message if the ranges (N,), m, of the dots ids (N,) contradict the constant volume of the water; else empty."""
-        change = float(np.nanmean(ranges - np.linalg.norm(self.rest.xyz[ids] - self._camera.centre, axis=1)))
+    @staticmethod
+    def _changed_light(ranges: np.ndarray, rest_ranges: np.ndarray) -> str:
+        """Return a message if the ranges (N,), m, and those at rest (N,), m, contradict the constant volume of the water; else empty."""
+        change = ranges - rest_ranges
+        change = float(change[np.isfinite(change)].mean())
         return '' if abs(change) < _MAX_MEAN_CHANGE else (
             'the light or the white balance has changed, or something touched the pad in the reference: the colours of all dots have '
             'changed as no press changes them; forces and positions are unknown; shield the pad, or call set_reference while untouched')

@@ -99,6 +99,7 @@ CALLS = {
     'solve': (lambda **a: fields(membrane().solve(**FRAME | a)), FRAME),
     'loads': (lambda **a: fields(membrane().loads(**SEEN | a)), SEEN),
     'scores': (lambda **a: [border_network().scores(_core.touchpad.DotLoads(**LOADS | a), pitch=1.3e-3, **GRID)], LOADS),
+    'contact_forces': (lambda **a: _core.touchpad.contact_forces(_core.touchpad.DotLoads(**LOADS | a), **GRID), LOADS),
     'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
     'nearest_points': (lambda **a: list(_core.common.nearest_points(**BETWEEN | a, count=3)), BETWEEN),
     'grid_normals': (lambda xyz=WIDE: [_core.common.grid_normals(xyz)], {'xyz': WIDE}),
