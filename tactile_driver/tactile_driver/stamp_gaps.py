@@ -11,9 +11,9 @@ _UPDATE_EVERY = 5  # messages between two updates of the period, because an upda
 _MIN_INTERVAL_NS = 100_000  # shorter intervals are wrong stamps: no sensor sends 10 000 messages a second
 _MAX_GAP_NS = 2_000_000_000  # longer gaps are pauses of the publisher (paused, reconnected), not losses
 _SHORT_SHARE = 0.1  # fraction of intervals that are shorter than what is taken for the period, because of late messages
-_RECENT_MESSAGES = 120  # latest messages over which losses are reported
-_SAME_CLOCK_NS = 60 * 10**9  # a stamp further from now is of a recording; as in perception's latency
-_TOLERATED_LOSSES = 3  # losses among these that are not reported: the machine was busy for a moment
+RECENT_MESSAGES = 120  # latest messages over which losses are reported
+SAME_CLOCK_S = 60.0  # a stamp further from now is of a recording, or of another clock
+TOLERATED_LOSSES = 3  # losses among these that are not reported: the machine was busy for a moment
 
 
 class StampGaps:
@@ -23,7 +23,7 @@ class StampGaps:
     def __init__(self, topic: str):
         self.lost, self._topic = 0, topic
         self.missed, self._begun = 0, False
-        self._missing: deque[int] = deque(maxlen=_RECENT_MESSAGES)
+        self._missing: deque[int] = deque(maxlen=RECENT_MESSAGES)
         self._steps: deque[int] = deque(maxlen=_PERIOD_INTERVALS)
         self._last_ns: int | None = None
         self._end_ns = self._count = 0
@@ -38,7 +38,7 @@ class StampGaps:
     @property
     def note(self) -> str:
         """What was lost of a recording before the first message arrived, '' for nothing. A live sensor loses nothing by that."""
-        recorded = self._last_ns is not None and abs(time.time_ns() - self._last_ns) > _SAME_CLOCK_NS
+        recorded = self._last_ns is not None and abs(time.time_ns() - self._last_ns) > 1e9 * SAME_CLOCK_S
         if not self.missed or not recorded:
             return ''
         return (f'{self.missed} messages of {self._topic} had been published when the first one arrived; they are lost. Start the '
@@ -70,9 +70,9 @@ class StampGaps:
 
     @property
     def warning(self) -> str:
-        """Warning if more than _TOLERATED_LOSSES of the latest messages were lost, else ''."""
+        """Warning if more than TOLERATED_LOSSES of the latest messages were lost, else ''."""
         lost = sum(self._missing)
-        if lost <= _TOLERATED_LOSSES:
+        if lost <= TOLERATED_LOSSES:
             return ''
         share = 100 * lost / (lost + len(self._missing))
         return (f'{share:.0f} % of {self._topic} are missing according to the gaps in its stamps: the publisher or the recording omits '

@@ -37,11 +37,11 @@ from tactile_driver.simulation.scene.specimen import Shutters
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, GEL_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_driver.simulation.vectors.scene import VECTOR_SCENES, open_vector_scene
-from tactile_driver.sources.source import NS
+from tactile_driver.sources.source import FIRST_S, NS
 from tactile_perception.common.messages import description_messages
 from tactile_perception.core.sensor_type import SENSOR_TYPES
 
-_FIRST_NS = 10**9  # much of ROS takes a stamp of zero for an unknown time
+_FIRST_NS = round(FIRST_S * NS)
 _BATCH_S = 0.01  # duration of the samples of a finger in one message
 
 

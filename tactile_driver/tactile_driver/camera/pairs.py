@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import BadRecording, DeviceLost
 from ..frame import CameraCalibration, Frame, PairFrame
-from ..sources.capture import Capture, CaptureStatus
+from ..sources.capture import MIN_SILENCE_S, SILENCE_PERIODS, Capture, CaptureStatus
 from ..sources.source import NS, EndOfSource, NothingYet, Source
 
 LEFT, RIGHT = 0, 1
@@ -127,7 +127,6 @@ class Pairer:
 
 NAMES = ('left', 'right')
 _MAX_WAIT_S = 0.2  # of one read
-_SILENCE_PERIODS, _MIN_SILENCE_S = 5, 1.0  # frame periods, and s: a camera silent for longer than both is absent
 
 
 class PairedSource(Source):
@@ -222,7 +221,7 @@ class PairedSource(Source):
             return state.state == 'lost'
         period, waited = (self._pairer.period_ns or 0) / NS, time.monotonic() - self._wanted_since
         age = waited if math.isnan(state.age_s) else min(state.age_s, waited)
-        return state.state == 'lost' or age > max(_MIN_SILENCE_S, _SILENCE_PERIODS * period)
+        return state.state == 'lost' or age > max(MIN_SILENCE_S, SILENCE_PERIODS * period)
 
     def _check(self, states: list[CaptureStatus], over: list[bool]) -> None:
         """Raise the error that prevents further pairs, if any."""

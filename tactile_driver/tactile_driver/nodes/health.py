@@ -9,13 +9,12 @@ from collections import deque
 
 import numpy as np
 
-from ..sources.capture import CaptureStatus
+from ..sources.capture import MIN_SILENCE_S, SILENCE_PERIODS, WINDOW_S, CaptureStatus
 from .runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 
 _RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of saturated samples that give a warning
-_SILENCE_PERIODS, _MIN_SILENCE_S = 5, 1.0  # frame periods and s without a frame that are an error
 _TOLERATED_SKIPS = 0.05  # share of skipped frames that is not reported: the machine was busy for a moment
-_WINDOW_S, _BLOCKS = 4.0, 4000  # span of a meter's rate and shares; blocks in it, at a thousand a second
+_BLOCKS = 4000  # of samples in the span of a meter's rate and shares, at a thousand a second
 _STATES = {'paused': 'ready, not active', 'ended': 'ended: the recording is over; clean up and configure to play it again'}
 #: key of the number of messages that were published before the first one arrived
 MISSED = 'missed at start'
@@ -40,7 +39,7 @@ class SampleMeter:
 
     def _lately(self) -> np.ndarray:
         recent = np.array(list(self._recent)).reshape(-1, 3)  # another thread adds
-        return recent[recent[:, 0] >= time.monotonic() - _WINDOW_S]
+        return recent[recent[:, 0] >= time.monotonic() - WINDOW_S]
 
     @property
     def rate(self) -> float:
@@ -88,7 +87,7 @@ def _judged(status: CaptureStatus, rate: float, nominal: float, live: bool, idle
         return ERROR, status.error
     if idle:
         return OK, 'nobody subscribes'
-    if live and status.age_s > max(_MIN_SILENCE_S, _SILENCE_PERIODS / max(nominal, 1.0)):
+    if live and status.age_s > max(MIN_SILENCE_S, SILENCE_PERIODS / max(nominal, 1.0)):
         return ERROR, warning or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'
     if live and nominal > 0 and rate < _RATE_TOLERANCE * nominal:
         return WARN, f'{rate:.1f} Hz instead of {nominal:.1f} Hz; {limit}{" " if limit else ""}a busy machine'

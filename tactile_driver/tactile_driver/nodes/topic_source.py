@@ -17,12 +17,12 @@ from ..stamp_gaps import StampGaps
 from .messages.conversions import frame_of_message
 from .received_messages import ReceivedMessages
 from .runtime.host import AdaptiveSubscription
+from .runtime.ros_defaults import CAMERA_INFO_PATIENCE_S
 
 _MAX_QUEUE = 4  # frames; the pairing keeps 8 more
 _QUEUE = QoSProfile(depth=10)
 #: Reliable where it is offered: of a player that also sends large images the camera_info was lost for 10 s on a busy machine.
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_PATIENCE_S = 5.0  # that the first image waits for a camera_info that is published; discovery by Fast DDS can take seconds
 
 
 class TopicSource(Source):
@@ -70,7 +70,7 @@ class TopicSource(Source):
         if self._is_informed or not self._node.count_publishers(self._beside):
             return False
         self._first_s = self._first_s or time.monotonic()
-        return time.monotonic() - self._first_s < _PATIENCE_S
+        return time.monotonic() - self._first_s < CAMERA_INFO_PATIENCE_S
 
     def _subscribe(self, wanted: bool) -> None:
         if wanted and self._image is None:

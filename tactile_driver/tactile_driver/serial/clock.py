@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..frame import SampleBlock
+from ..sources.source import NS
 from .frames import CountFrame
 
 NS_PER_US = 1000
@@ -75,7 +76,6 @@ class DeviceClock:
         return [ns + round(offset) for ns in device_ns]
 
 
-NS = 1_000_000_000
 _PERIOD_INTERVALS = 64  # latest intervals whose median is the period, for frames without one
 _TOLERANCE = 0.5  # periods by which a sample may deviate from the regular grid before it counts as a gap
 

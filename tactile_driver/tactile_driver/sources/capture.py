@@ -14,8 +14,9 @@ from ..errors import BadFrame, DeviceLost, TactileError
 from ..frame import Frame, PairFrame
 from .source import EndOfSource, NothingYet, Source
 
-_WINDOW_S = 4.0  # span of the rate and of share_left_out
-_RECENT = 2000  # frames: over _WINDOW_S at 500 Hz
+WINDOW_S = 4.0  # span of rates and shares
+SILENCE_PERIODS, MIN_SILENCE_S = 5, 1.0  # frame periods, and s: a source silent for longer than both is absent
+_RECENT = 2000  # frames: over WINDOW_S at 500 Hz
 
 
 class FrameQueue:
@@ -49,7 +50,7 @@ class FrameQueue:
     def share_left_out(self) -> float:
         """Share of the last seconds' frames that were skipped, 0 to 1."""
         now = time.monotonic()
-        recent = [taken for passed, taken in self._passed if now - passed < _WINDOW_S]
+        recent = [taken for passed, taken in self._passed if now - passed < WINDOW_S]
         return recent.count(False) / len(recent) if recent else 0.0
 
 
@@ -152,7 +153,7 @@ class Capture:
         with self._changed:
             arrivals, left_out, now = list(self._arrivals), self._slot.share_left_out, time.monotonic()
         # Only the last seconds count: the rate of a stopped camera falls to 0.
-        recent = [t for t in arrivals if now - t < _WINDOW_S]
+        recent = [t for t in arrivals if now - t < WINDOW_S]
         rate = (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else 0.0 if arrivals else math.nan
         return replace(self._status, rate=rate, age_s=now - arrivals[-1] if arrivals else math.nan, left_out=left_out,
                        dropped=self._slot.left_out + self._source.skipped, corrupt=self._bad + self._source.corrupt)

@@ -125,6 +125,7 @@ class Source:
 
 
 NS = 1_000_000_000
+FIRST_S = 1.0  # stamp of the first frame without a clock: much of ROS takes a stamp of zero for an unknown time
 _MAX_COMPARISON_NS, _TRIES = 50_000, 4  # three clock reads take a few us on an idle machine
 
 

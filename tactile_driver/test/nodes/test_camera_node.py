@@ -174,7 +174,7 @@ def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_
 
 
 def test_the_first_image_waits_for_a_camera_info_that_is_late(driven, monkeypatch):
-    monkeypatch.setattr(topic_source, '_PATIENCE_S', 60.0)
+    monkeypatch.setattr(topic_source, 'CAMERA_INFO_PATIENCE_S', 60.0)
     one = driven(CameraNode, source='topics', topic='/foreign/image_raw')
     publisher, stamps_s = one.node.create_publisher(Image, '/foreign/image_raw', 1), itertools.count(1)
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -13,6 +13,7 @@ from .surface import Moments
 
 _MIN_PERSISTENT_S = 0.02  # s; a contact that starts or ends may show as several regions for a shorter time
 _MAX_GAP_S = 0.1  # s that a contact keeps its id without being seen: one or two frames may miss it
+MAX_STEP = 1.5  # pitches between the borders of a contact in two consecutive frames
 _MIN_SPLIT = 4  # dots or taxels of a region that splits off; noise at a border makes smaller ones
 
 

@@ -23,7 +23,7 @@ from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_service
 from tactile_driver.nodes.runtime.diagnostics import Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
-from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS
+from tactile_driver.nodes.runtime.ros_defaults import CAMERA_INFO_PATIENCE_S, STREAM_QOS
 from tactile_driver.nodes.runtime.run import exit_process, run_node
 
 from .errors import BadArgument, BadFrame, ClockSetBack, TactileError
@@ -32,7 +32,6 @@ from .sensor_type import NODES
 from .stage import Input, Stage
 from .work_log import MAX_WAIT_S, Shedding, WorkLog
 
-_PATIENCE_S = 5.0  # that the first message waits for camera_info; discovery by Fast DDS can take seconds
 _STALE_S = 2.0  # without a processed message there is nothing to take as the reference
 
 
@@ -120,7 +119,7 @@ class PerceptionNode(Node):
         if not self.stage.waits:
             return False
         self._first_s = self._first_s or time.monotonic()
-        return time.monotonic() - self._first_s < _PATIENCE_S
+        return time.monotonic() - self._first_s < CAMERA_INFO_PATIENCE_S
 
     def _process(self, message) -> None:
         begin = time.perf_counter()

@@ -10,19 +10,16 @@ from collections import deque
 
 from tactile_driver.nodes.health import MISSED
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, common_values
-from tactile_driver.stamp_gaps import StampGaps
+from tactile_driver.sources.capture import WINDOW_S
+from tactile_driver.sources.source import NS
+from tactile_driver.stamp_gaps import RECENT_MESSAGES, SAME_CLOCK_S, TOLERATED_LOSSES, StampGaps
 
-_RECENT = 120  # frames kept: the window at 30 Hz
 _SILENCE_S = 2.0  # without a frame before a warning
-_WINDOW_S = 4.0  # over which rate and shares are computed
-_SAME_CLOCK_S = 60.0  # a longer latency, or one below 0 by as much, means stamps of another clock
-_TOLERATED_LOSSES = 3  # frames dropped or refused within the window without a warning; a short load of the machine drops that many
 
 MAX_WAIT_S = 0.05  # that a message may wait; a short load of the machine is caught up, no persistent queue builds up
 _PERIODS = 2  # that a message may wait, if longer than MAX_WAIT_S: after two periods a newer one has arrived
 _FASTER = 0.5  # ratio of periods, received to stamped: below it a recording is played fast, and no message is dropped
 _SMOOTHING = 0.1  # of the periods, exponential: ten messages
-_NS = 1e-9
 
 
 class Shedding:
@@ -40,11 +37,11 @@ class Shedding:
         if self._last is not None:
             steps_ns = received_ns - self._last[0], stamp_ns - self._last[1]
             if min(steps_ns) > 0:  # else a clock was set back
-                steps = [min(_NS * step, 1.0) for step in steps_ns]
+                steps = [min(step / NS, 1.0) for step in steps_ns]
                 self._steps = [old + _SMOOTHING * (new - old) if old else new for old, new in zip(self._steps, steps)]
         self._last = received_ns, stamp_ns
         received_s, stamped_s = self._steps
-        return received_s > _FASTER * stamped_s and _NS * (now_ns - received_ns) > max(self._longest_s, _PERIODS * received_s)
+        return received_s > _FASTER * stamped_s and (now_ns - received_ns) / NS > max(self._longest_s, _PERIODS * received_s)
 
 
 class WorkLog:
@@ -59,11 +56,11 @@ class WorkLog:
         self.done = self.refused = self.shed = 0
         self.last_error = ''
         self._in_error = False
-        self._stamps: deque[float] = deque(maxlen=_RECENT)
-        self._dropped: deque[float] = deque(maxlen=_RECENT)
-        self._bad: deque[float] = deque(maxlen=_RECENT)
-        self._seconds: deque[float] = deque(maxlen=_RECENT)
-        self._latencies: deque[float] = deque(maxlen=_RECENT)
+        self._stamps: deque[float] = deque(maxlen=RECENT_MESSAGES)
+        self._dropped: deque[float] = deque(maxlen=RECENT_MESSAGES)
+        self._bad: deque[float] = deque(maxlen=RECENT_MESSAGES)
+        self._seconds: deque[float] = deque(maxlen=RECENT_MESSAGES)
+        self._latencies: deque[float] = deque(maxlen=RECENT_MESSAGES)
 
     def add(self, seconds: float, latency: float) -> None:
         """Count a frame that was processed in seconds, with latency s after its stamp; a latency of more than a minute is of another clock
@@ -72,7 +69,7 @@ class WorkLog:
         self._in_error = False
         self._stamps.append(time.monotonic())
         self._seconds.append(seconds)
-        self._latencies.append(latency if abs(latency) < _SAME_CLOCK_S else math.nan)
+        self._latencies.append(latency if abs(latency) < SAME_CLOCK_S else math.nan)
 
     def drop(self) -> None:
         """Count a frame that was dropped because it had waited too long."""
@@ -147,9 +144,9 @@ class WorkLog:
             return WARN, f'no message on {self._topic}; check that its publisher is running and active'
         warning = self._gaps.warning or warning
         shed, bad, done = (len(_recent(times)) for times in (self._dropped, self._bad, self._stamps))
-        if bad > _TOLERATED_LOSSES:
+        if bad > TOLERATED_LOSSES:
             warning = f'{100 * bad / (bad + done):.0f} % of {self._topic} is refused: {self.last_error}'
-        if shed > _TOLERATED_LOSSES:
+        if shed > TOLERATED_LOSSES:
             share = 100 * shed / (shed + done)
             warning = (f'{share:.0f} % of {self._topic} is dropped: this machine is too slow; lower the rate, choose a faster method '
                       'or end other programs')
@@ -165,4 +162,4 @@ def _middle(seconds: deque[float]) -> float:
 def _recent(times: deque[float]) -> list[float]:
     """The times within the window."""
     now = time.monotonic()
-    return [t for t in times if now - t < _WINDOW_S]
+    return [t for t in times if now - t < WINDOW_S]

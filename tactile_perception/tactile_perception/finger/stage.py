@@ -8,10 +8,10 @@ import math
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
 
-from tactile_driver.nodes.messages.conversions import stamp_ns_of
+from tactile_driver.nodes.messages.conversions import header_of, stamp_ns_of
+from tactile_driver.sources.source import NS
 from tactile_msgs.msg import Contacts, PsdVoltages
 
 from ..common import messages as convert
@@ -20,7 +20,6 @@ from ..core.stage import Input, Stage
 from .model import FingerModel, read_psd
 from .parameters import PSD_PARAMETERS, make_finger
 
-_NS = 1_000_000_000
 _MIN_PERIOD_S, _MAX_PERIOD_S = 1e-7, 1.0  # between samples: faster than any converter, longer than a press
 _MAX_BLOCK_S = 3600.0  # a longer block has no valid sample_period
 _MAX_V = 1e6  # beyond every converter
@@ -149,7 +148,7 @@ class FingerStage(Stage):
             In ns; 0 where sample_period is not valid.
         """
         seconds = len(message.voltages) / 4 * message.sample_period
-        return round(seconds * _NS) if 0 < seconds < _MAX_BLOCK_S else 0
+        return round(seconds * NS) if 0 < seconds < _MAX_BLOCK_S else 0
 
 
 def later(header: Header, seconds: float) -> Header:
@@ -168,5 +167,5 @@ def later(header: Header, seconds: float) -> Header:
     """
     if not seconds:
         return header
-    stamp = stamp_ns_of(header) + round(seconds * _NS)
-    return Header(frame_id=header.frame_id, stamp=Time(sec=stamp // _NS, nanosec=stamp % _NS))
+    stamp = stamp_ns_of(header) + round(seconds * NS)
+    return header_of(stamp, header.frame_id)

@@ -18,6 +18,7 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_me
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.truth import Touch
+from tactile_driver.sources.source import FIRST_S
 
 from ..bags.stamped import TRUTH, VOLTAGES, find_prefix
 from ..common.progress import progress
@@ -118,7 +119,6 @@ def report(fit: FingerFit) -> list[str]:
 
 _BLOCK_S = 0.005  # duration of one message, the default of psd_node
 _CONTACT = 2  # value of phase in truth.npz
-_FIRST_S = 1.0  # much of ROS takes a stamp of zero for an unknown time
 
 
 class PsdRecording:
@@ -155,7 +155,7 @@ class PsdRecording:
                                                                                  header_of(self._stamp(k), frame_id))
 
     def _stamp(self, k: int) -> int:
-        return round((float(self._t[k]) + _FIRST_S) * 1e9)
+        return round((float(self._t[k]) + FIRST_S) * 1e9)
 
     def _touches(self, k: int, normal: np.ndarray) -> list[Touch]:
         if self._truth['phase'][k] != _CONTACT:

@@ -137,7 +137,7 @@ def _typical(numbers: dict) -> np.ndarray:
     return errors * (presses / reported)**2 if reported > 0 else np.full(2, np.nan)
 
 
-MIN_PRESSES = 6  # presses with a recorded wrench
+MIN_PRESSES = 6  # for a model, and with a recorded wrench for the stiffness
 MIN_RELATIVE_DEPTH = 0.02  # of the deepest press; shallower presses are left out
 
 

@@ -64,7 +64,7 @@ def marker_radii(field: MarkerField) -> np.ndarray:
     return np.sqrt(untouched / np.pi) * np.nanmedian(apart / apart_px)
 
 
-MIN_MARKERS_FOR_POSE = 12
+MIN_MARKERS = 12  # for a press or the pose of a camera, with six numbers: twice two coordinates for each
 MAX_COORDINATE_PX = 1e5  # px; larger coordinates are invalid: far outside any image
 
 
@@ -127,8 +127,8 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
     if not sensor.is_sheet or rest_uv.shape != grid.shape:
         raise BadArgument(f'the pose needs a flat grid of {len(grid)} markers, got {rest_uv.shape} of a {sensor.type}')
     seen = (np.abs(rest_uv) < MAX_COORDINATE_PX).all(1)
-    if seen.sum() < MIN_MARKERS_FOR_POSE:
-        raise BadFrame(f'{seen.sum()} untouched markers are too few for the camera pose; {MIN_MARKERS_FOR_POSE} are needed')
+    if seen.sum() < MIN_MARKERS:
+        raise BadFrame(f'{seen.sum()} untouched markers are too few for the camera pose; {MIN_MARKERS} are needed')
     flat = CameraModel(matrix, distortion)
     positions = np.column_stack([grid[seen], np.zeros(seen.sum())])
     try:

@@ -18,13 +18,12 @@ from ..common.statistics import robust_sigma
 from ..core.errors import BadArgument, BadCalibration, BadFrame
 from ..dots.detect import DotDetector
 from ..dots.number import find_lattice, number_grid
+from .field import MAX_COORDINATE_PX, MIN_MARKERS
 
-MIN_MARKERS = 12  # of one view
 MARKER_NOISE = 0.04  # px per axis; standard deviation of a detected marker's position
 MIN_PRINT_SIGMA = 2e-6  # m; lower bound of the print's irregularity
 MAX_RESIDUAL = 0.1  # RMS over the pitch; a larger one indicates mismatched markers or a wrong pitch
 MIN_ASPECT = 0.02  # width over length of the markers in a view
-MAX_COORDINATE_PX = 1e5  # px; larger than any image
 INVALID_POSITION = 1.0  # m; position of markers that the distortion model cannot invert
 FIT_ROUNDS = 2  # alternations between fitting and estimating the irregularity of the print
 

@@ -17,6 +17,7 @@ import scipy
 
 from ..common.dots import Dots, GridNumbers
 from ..common.surface import grid_normals, label_score, to_grid
+from ..common.surface_points import NON_CONTACT, SLIPPING, STICKING
 from ..core.errors import BadArgument, BadFrame
 from ..dots.links import FARTHEST
 from ..touchpad.contact import DotClassification
@@ -187,7 +188,6 @@ def _predicted(positions: dict, r: int, c: int, row: int, column: int, pitch: np
     return positions[row, column] + pitch * np.array([c - column, r - row])
 
 
-NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 MAX_INTERVAL_S = 4.0  # s before the present frame, in which t_p is searched
 STICKING_DOTS = 9  # around the reference dot, that are assumed to stick (section 3.2: "at least a set of nine dots")
 

@@ -14,7 +14,7 @@ import numpy as np
 from tactile_driver.plugins import PluginTable
 
 from .._core.taxel import Baseline, DeadTaxels, Hysteresis, Mechanics, ObjectMotion, Region, Regions
-from ..common.contact_tracker import ContactTracker, TrackedContact
+from ..common.contact_tracker import MAX_STEP, ContactTracker, TrackedContact
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate, planar_covariance
 from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
@@ -30,7 +30,6 @@ _SLOPE_SIGMAS = 5.0  # noise standard deviations at which the slope of the respo
 # Noise standard deviations; a contact with a higher peak is reported at once: four times the lowest level of a score. A lighter one is
 # reported if it is the largest or persists, because a face splits into pieces for a frame when it starts or ends touching.
 _MIN_PEAK_SIGMAS = 40.0
-_MAX_STEP = 1.5  # pitches between the borders of a contact in two consecutive frames
 _CENTROID_SIGMA = 0.03  # pitches, standard deviation of a centroid
 # Standard deviation, over the lead that is subtracted, of a lead that is anywhere from none to that. It follows from a balance of moments
 # of a pad of the stated thickness and from a traction that no taxel measures: a thinner pad, or an object that creeps, has less of it.
@@ -255,7 +254,7 @@ class TaxelEstimator:
         touched = regions.touched
         self.baseline.follow(change, touched, interval)
         tracked = self._tracker.assign(regions.labels, [(region.label, region.moments) for region in regions.all],
-                                       _MAX_STEP * self.array.pitch, stamp_s)
+                                       MAX_STEP * self.array.pitch, stamp_s)
         normal = [np.nan if regions.broken else self._normal_force(region) for region in regions.all]
         contacts = [self._contact(*one, regions.broken, noise) for k, one in enumerate(zip(regions.all, tracked, normal))
                     if k == 0 or one[1].is_persistent or one[0].peak >= _MIN_PEAK_SIGMAS * noise]

@@ -15,6 +15,7 @@ import numpy as np
 
 from tactile_driver.recordings.reader import BagReader, LeftOut, RawMessage
 from tactile_driver.recordings.serialization import decode
+from tactile_driver.stamp_gaps import SAME_CLOCK_S
 
 from ..bags.replay import Replay
 from ..bags.stamped import choose_prefix
@@ -30,7 +31,6 @@ _FIELDS = {'contacts': ('contacts', contacts_from_message), 'contact_region': ('
            'slip': ('slip', slip_from_message), 'wrench': ('wrench', wrench_from_message)}
 _RAW = {'image_raw', 'left/image_raw', 'voltages', 'taxels'}
 _LONGEST_NS = 60_000_000  # between two known stamps. Derived: a little more than the longest batch of psd_node
-_SAME_CLOCK_S = 60.0  # a longer latency means that the stamps come from another clock
 
 
 class JudgedBag:
@@ -111,7 +111,7 @@ class JudgedBag:
     def times(self) -> dict:
         """median, within_95 and worst, ms, of each stage of computed estimates, and of each latency from stamp to receipt of a bag recorded
         live; memory: MB, peak of the process; what was left out."""
-        late = {topic: values for topic, values in self._latencies.items() if 0 < np.median(values) < _SAME_CLOCK_S}
+        late = {topic: values for topic, values in self._latencies.items() if 0 < np.median(values) < SAME_CLOCK_S}
         return {'latency_ms': {topic: _spread(values) for topic, values in late.items()},
                 'stages_ms': {stage: _spread(values) for stage, values in self.stages.items()},
                 'memory_mb': resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 'left_out': self.left_out.lines()}

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from .. import _core
-from ..common.contact_tracker import ContactTracker
+from ..common.contact_tracker import MAX_STEP, ContactTracker
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, scatter, to_grid
@@ -202,7 +202,6 @@ def _normal_force(dots: ContactDots, region: Region) -> float:
 
 
 _MIN_NOTCH_DEPTH = 1.3  # pitches; an outline with a deeper convexity defect may be two merged contacts
-_MAX_STEP = 1.5  # pitches between the borders of a contact in two consecutive frames
 
 
 class ContactFinder:
@@ -222,7 +221,7 @@ class ContactFinder:
         for k, region in enumerate(regions):
             labels[np.asarray(dots.ids)[region.members]] = k + 1
         tracked = self._tracker.assign(labels, [(k + 1, region.moments) for k, region in enumerate(regions)],
-                                       _MAX_STEP * regions[0].pitch if regions else 0.0, stamp_s)
+                                       MAX_STEP * regions[0].pitch if regions else 0.0, stamp_s)
         contacts = []
         for region, one in zip(regions, tracked):
             found = find_contact(dots, region, self._cap)

@@ -18,6 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from ...sources.source import NS
 from ..messages.images import message_type
 
 Take = Callable[[object, int], None]  # a message, and its time of receipt, ns
@@ -128,7 +129,6 @@ def received_ns(info: dict) -> int:
     return info['received_timestamp'] or info['source_timestamp']
 
 
-_NS = 1e9
 
 
 class SharedPublisher:
@@ -160,7 +160,7 @@ class SharedPublisher:
         if self._publisher.get_subscription_count():
             self._publisher.publish(message)
         for take in self.takers:
-            take(message, time.time_ns() - round(waited_s * _NS))
+            take(message, time.time_ns() - round(waited_s * NS))
 
     def wait_for_all_acked(self, timeout: Duration) -> bool:
         """Wait for the middleware's subscribers; takers are done when publish returns."""

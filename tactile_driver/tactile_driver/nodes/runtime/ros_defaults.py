@@ -17,6 +17,8 @@ STREAM_QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=Re
 #: QoS of camera_info and description: a subscriber that joins later gets the last message.
 LATCHED_QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.RELIABLE,
                          durability=DurabilityPolicy.TRANSIENT_LOCAL)
+#: s that a first image waits for a camera_info that is published; discovery by Fast DDS can take seconds.
+CAMERA_INFO_PATIENCE_S = 5.0
 
 
 def steady_timer(node: Node, period: float, call: Callable[[], None]) -> Timer:

@@ -12,9 +12,10 @@ from ...common.geometry import Cap
 from ...common.marker_sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
 from ...common.progress import in_parallel
 from ...core.errors import BadCalibration
-from ..calibration import Prior, excess_sigma, identify, noise_at_rest
+from ..calibration import MIN_PRESSES, Prior, excess_sigma, identify, noise_at_rest
 from ..field import MarkerField, common_rest, marker_radii
 from ..presses import Presses
+from ..simulated import DEPTH_MARGIN
 from .library import DomeLibrary, DomePlan, build_library
 from .mechanics import DomeMaterial, DomeMesh, MeshPlan, OnMesh, appear_at, centres_of, outlines, press_dome, shift_of
 from .model import DEPTH, SHALLOW, STRAIGHT, DomeCalibration, DomeFound, DomeInverse, FieldNoise, shallowness
@@ -98,8 +99,6 @@ def load_steps(stops: np.ndarray) -> np.ndarray:
     return np.union1d(between, stops)
 
 
-MIN_PRESSES = 6
-DEPTH_MARGIN = 1.15  # simulated depth over the deepest calibrated press
 REACH_MARGIN = 1.5  # pitches by which the library extends beyond the presses
 RADIUS_CANDIDATES = np.arange(2e-3, 0.0801, 5e-4)  # m, for the start of the tip's radius
 DEFAULT_MARKER_RADIUS = 0.3  # of the pitch, if the area of the markers is unknown

@@ -14,6 +14,7 @@ from ... import _core
 from ...common.geometry import Cap, extrapolate, spline_fit
 from ...common.progress import in_parallel
 from ...core.errors import BadCalibration
+from ..simulated import DEPTH_POWER
 from .mechanics import STRETCH, DomeMaterial, DomeMesh, MeshPlan, OnMesh, PressedDome, appear_at, disc_scale, outlines, press_dome, shift_of
 
 RADIUS_SPREAD = np.log(2.2)  # of the simulated log tip radii around the middle one
@@ -21,7 +22,6 @@ RADII = 4  # number of simulated tips
 #: Simulated friction numbers, friction over that of the plan minus 1: none, as of a tip in gross slip, and that of the plan, above which
 #: skin sticks
 FRICTIONS = np.array([-1.0, 0.0])
-DEPTH_POWER = 1.5  # grading of the depths, which are denser at first contact
 MIN_MODE_RMS = 1.5e-6  # m; weaker modes are truncated: below the noise of a marker
 MAX_UNSOLVED_SHARE = 0.2  # of the presses; deep presses of a large tip near the rim do not converge
 UNIFORM = MeshPlan(even=1, rings=1, width=1.0, harmonics=0)  # of quantities that are constant over the dome

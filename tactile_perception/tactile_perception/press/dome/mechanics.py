@@ -10,8 +10,8 @@ import numpy as np
 from ...common.geometry import Cap
 from ...common.marker_sensor import MarkerSensor, dome_cap, rest_points
 from ...core.errors import BadArgument
+from ..simulated import GAUSS
 
-GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 STEP = 1e-5  # of the unit disc; finite difference for derivatives, accurate to 1e-10
 
 

@@ -16,7 +16,8 @@ from ...common.geometry import cross
 from ...common.marker_sensor import MarkerSensor, first_touch_height
 from ...core.errors import BadArgument
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
-from ..field import MarkerField
+from ..field import MIN_MARKERS, MarkerField
+from ..simulated import MAX_RELATIVE_DEPTH
 from .library import RADIUS_SPREAD, DomeLibrary
 from .mechanics import centres_of, seen_at
 
@@ -28,9 +29,7 @@ START_RINGS, START_DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.
 MIN_START_DEPTH = 0.01  # over the smallest depth of the table of starts
 MIN_MISFIT = 0.1  # in a covariance; no fit is assumed to be better
 POLYNOMIAL_DEGREE = 5  # of the error of a sum of two fields, which is smooth
-MIN_MARKERS = 12
 FAINT_PRESS_NUMBERS = 3  # that a faint press determines: position and depth
-MAX_RELATIVE_DEPTH = 1.02  # over the calibrated depth; deeper presses are out of range
 MAX_RELATIVE_REACH = 0.98  # of the library's reach; contacts beyond are at the edge
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from ...common.marker_sensor import MarkerSensor
 from ...common.progress import in_parallel
 from ...core.errors import BadCalibration
-from ..calibration import Prior, excess_sigma, identify, noise_at_rest
+from ..calibration import MIN_PRESSES, Prior, excess_sigma, identify, noise_at_rest
 from ..field import MarkerField, marker_radii
 from ..presses import Presses
+from ..simulated import DEPTH_MARGIN
 from .library import LibraryPlan, Press, build_library, field_appearance
 from .mechanics import SheetMaterial, SheetMesh, may_be_pressed, min_clamp_distance, press_sheet, uniform
 from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse
@@ -109,14 +110,12 @@ def _solve(plan: LibraryPlan, what: tuple[SheetNumbers, Presses]) -> np.ndarray:
     return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
 
 
-DEPTH_MARGIN = 1.15  # simulated depth over the deepest calibrated press
 START_RADIUS = 7.5e-3  # m, of a fingertip; start of the fit
 MESH_SCALE = 10e-3  # m, of the mesh at the tip, about a tip radius; less on a small sheet
 MAX_MESH_SCALE = 0.4  # of the half side
 DEFAULT_NOISE = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # without untouched frames
 STILL_SHARE = 0.05  # of the depth; markers displaced by less show the model error that grows with depth
 MIN_NOISE = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)
-MIN_PRESSES = 6
 ROTATION_SIGMA = 5e-3  # rad; prior standard deviation of the print's rotation: half a pitch over a large sheet
 ALIGNMENT_ROUNDS = 3  # each step is a fifth too long because of the position of the clamp
 FINE_PLAN = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}

@@ -13,10 +13,10 @@ from ... import _core
 from ...common.geometry import extrapolate, spline_fit
 from ...common.progress import in_parallel
 from ...core.errors import BadCalibration
+from ..simulated import DEPTH_POWER
 from .mechanics import SheetMaterial, SheetMesh, min_clamp_distance, press_sheet, uniform
 
 RADIUS_SPREAD = np.log(1.35)  # of the simulated log tip radii around the calibrated one
-DEPTH_POWER = 1.5  # grading of the depths, which are denser at first contact
 # m; modes below this RMS over the sheet are truncated. Near the tip they are several times larger; at 1e-6 the position of a press was
 # wrong by 0.3 mm on a stiff sheet.
 MIN_MODE_RMS = 2e-7

@@ -13,8 +13,7 @@ import numpy as np
 
 from ... import _core
 from ...core.errors import BadArgument
-
-GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+from ..simulated import GAUSS
 
 
 def min_clamp_distance(scale: float) -> float:

@@ -16,13 +16,12 @@ from ... import _core
 from ...common.geometry import cross
 from ...common.marker_sensor import MarkerSensor
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
-from ..field import MarkerField
+from ..field import MIN_MARKERS, MarkerField
+from ..simulated import MAX_RELATIVE_DEPTH
 from .library import Press, SheetLibrary, vectors
 
 SIZE = 6  # of a press's vector
 DISC_PITCHES = 2.5  # marker pitches from a press within which markers are discs; farther away they are points
-MIN_MARKERS = 10
-MAX_RELATIVE_DEPTH = 1.02  # over the calibrated depth; deeper presses are out of range
 MAX_RELATIVE_REACH = 0.999  # of the library's reach; contacts beyond are at the edge
 
 

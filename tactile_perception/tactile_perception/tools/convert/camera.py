@@ -19,6 +19,7 @@ from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import calibration_to_message, camera_transforms, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_truth
 from tactile_driver.simulation.truth import SLIPPING, Touch, TruthFrame, slip_state_of
+from tactile_driver.sources.source import FIRST_S
 
 from ...common.marker_sensor import MARKER_SENSORS
 from ...core.errors import BadRecording
@@ -26,7 +27,6 @@ from ...dots.parameters import DOT_PARAMETERS
 
 #: What recordings hold of the ground truth.
 KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'
-FIRST_S = 1.0  # much of ROS takes a stamp of zero for an unknown time
 #: Frames averaged for the reference: the parameter's default.
 _USUAL_FRAMES = next(one.default for one in DOT_PARAMETERS if one.name == 'reference.frames')
 

@@ -17,9 +17,10 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, static_transform
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_truth
 from tactile_driver.simulation.truth import Touch, TruthFrame
+from tactile_driver.sources.source import FIRST_S
 
 from ...core.errors import BadRecording
-from .camera import FIRST_S, KNOWN, read_arrays
+from .camera import KNOWN, read_arrays
 
 _GRAVITY = 9.81  # m/s^2
 # The .npz of imprints: the name of an array is a letter for the weight (g) and a number; the pitch is 3.4 mm.
