@@ -75,13 +75,13 @@ void extrapolate(double* first, std::ptrdiff_t count, std::ptrdiff_t step) {
 }
 
 // Difference of neighbours on both sides of a node, of one of them where the other is NaN or beyond the end of the line.
-Vec3 slope(const double* positions, std::ptrdiff_t node, std::ptrdiff_t step, bool has_before, bool has_after) {
-    constexpr Vec3 NONE{NAN, NAN, NAN};
-    const Vec3 here = vec3_at(positions, node);
-    const Vec3 before = has_before ? here - vec3_at(positions, node - step) : NONE;
-    const Vec3 after = has_after ? vec3_at(positions, node + step) - here : NONE;
+Eigen::Vector3d slope(const double* positions, std::ptrdiff_t node, std::ptrdiff_t step, bool has_before, bool has_after) {
+    const Eigen::Vector3d none = Eigen::Vector3d::Constant(NAN);
+    const Eigen::Vector3d here = vec3_at(positions, node);
+    const Eigen::Vector3d before = has_before ? Eigen::Vector3d(here - vec3_at(positions, node - step)) : none;
+    const Eigen::Vector3d after = has_after ? Eigen::Vector3d(vec3_at(positions, node + step) - here) : none;
     const auto either = [](double a, double b) { return std::isnan(a) ? b : std::isnan(b) ? a : 0.5 * (a + b); };
-    return {either(before.x, after.x), either(before.y, after.y), either(before.z, after.z)};
+    return before.binaryExpr(after, either);
 }
 
 }  // namespace
@@ -99,10 +99,10 @@ std::vector<double> grid_normals(const double* positions, std::ptrdiff_t rows, s
     std::vector<double> normals(3 * rows * columns);
     for (std::ptrdiff_t row = 0, node = 0; row < rows; ++row) {
         for (std::ptrdiff_t column = 0; column < columns; ++column, ++node) {
-            const Vec3 normal = cross(slope(positions, node, 1, column > 0, column + 1 < columns),
-                                      slope(positions, node, columns, row > 0, row + 1 < rows));
-            const double size = length(normal);
-            store(normals.data(), node, size > 0 ? Vec3{normal.x / size, normal.y / size, normal.z / size} : Vec3{NAN, NAN, NAN});
+            const Eigen::Vector3d normal = slope(positions, node, 1, column > 0, column + 1 < columns)
+                                    .cross(slope(positions, node, columns, row > 0, row + 1 < rows));
+            const double size = normal.norm();
+            store(normals.data(), node, normal / (size > 0 ? size : NAN));
         }
     }
     return normals;
@@ -141,7 +141,7 @@ void add_along_line(const Nodes& nodes, double row, double column, std::ptrdiff_
         sum[c] += factor * (share > 0 ? first[c] + share * (second[c] - first[c]) : first[c]);
 }
 
-Vec3 surface_point(const Nodes& wide, double row, double column) {
+Eigen::Vector3d surface_point(const Nodes& wide, double row, double column) {
     double found[3];
     weighted_sum(wide, four_at(row + BEYOND, wide.rows), four_at(column + BEYOND, wide.columns), found);
     return {found[0], found[1], found[2]};
@@ -151,24 +151,24 @@ SurfacePoint surface_at(const Nodes& wide, double x, double y) {
     double row = 0, column = 0, least = INFINITY;
     for (std::ptrdiff_t r = 0; r < wide.rows - 2 * BEYOND; ++r) {
         for (std::ptrdiff_t c = 0; c < wide.columns - 2 * BEYOND; ++c) {
-            const Vec3 dot = vec3_at(wide.values, (r + BEYOND) * wide.columns + c + BEYOND);
-            const double square = (dot.x - x) * (dot.x - x) + (dot.y - y) * (dot.y - y);
+            const Eigen::Vector3d dot = vec3_at(wide.values, (r + BEYOND) * wide.columns + c + BEYOND);
+            const double square = (dot.x() - x) * (dot.x() - x) + (dot.y() - y) * (dot.y() - y);
             if (square < least) least = square, row = static_cast<double>(r), column = static_cast<double>(c);
         }
     }
-    const Vec3 here = surface_point(wide, row, column);
-    const Vec3 down = 1 / SLOPE_STEP * (surface_point(wide, row + SLOPE_STEP, column) - here);
-    const Vec3 right = 1 / SLOPE_STEP * (surface_point(wide, row, column + SLOPE_STEP) - here);
-    const double inverse = 1 / (down.x * right.y - down.y * right.x);
+    const Eigen::Vector3d here = surface_point(wide, row, column);
+    const Eigen::Vector3d down = 1 / SLOPE_STEP * (surface_point(wide, row + SLOPE_STEP, column) - here);
+    const Eigen::Vector3d right = 1 / SLOPE_STEP * (surface_point(wide, row, column + SLOPE_STEP) - here);
+    const double inverse = 1 / (down.x() * right.y() - down.y() * right.x());
     for (int step = 0; step < 2; ++step) {  // the Jacobian is kept for both steps
-        const Vec3 at = surface_point(wide, row, column);
-        const double off_x = x - at.x, off_y = y - at.y;
-        row += std::clamp((right.y * off_x - right.x * off_y) * inverse, -1.0, 1.0);
-        column += std::clamp((down.x * off_y - down.y * off_x) * inverse, -1.0, 1.0);
+        const Eigen::Vector3d at = surface_point(wide, row, column);
+        const double off_x = x - at.x(), off_y = y - at.y();
+        row += std::clamp((right.y() * off_x - right.x() * off_y) * inverse, -1.0, 1.0);
+        column += std::clamp((down.x() * off_y - down.y() * off_x) * inverse, -1.0, 1.0);
     }
-    const Vec3 normal = cross(surface_point(wide, row, column + 1) - surface_point(wide, row, column - 1),
-                              surface_point(wide, row + 1, column) - surface_point(wide, row - 1, column));
-    return {surface_point(wide, row, column), 1 / length(normal) * normal};
+    const Eigen::Vector3d along = surface_point(wide, row, column + 1) - surface_point(wide, row, column - 1);
+    const Eigen::Vector3d across = surface_point(wide, row + 1, column) - surface_point(wide, row - 1, column);
+    return {surface_point(wide, row, column), along.cross(across).normalized()};
 }
 
 }  // namespace tactile

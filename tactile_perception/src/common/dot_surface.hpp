@@ -36,12 +36,12 @@ std::vector<double> refined_field(const std::vector<double>& field, std::ptrdiff
 void add_along_line(const Nodes& nodes, double row, double column, std::ptrdiff_t refine, double factor, double* sum);
 
 // Point of a surface through the dots, wide (rows + 2 BEYOND, columns + 2 BEYOND, 3), at a position of (row, column) up to a node off them.
-Vec3 surface_point(const Nodes& wide, double row, double column);
+Eigen::Vector3d surface_point(const Nodes& wide, double row, double column);
 
 // A point on the surface, seen along z at x and y, and its unit normal out of the sensor, as it slopes over a node on each side: Newton
 // steps from the nearest dot.
 struct SurfacePoint {
-    Vec3 point, normal;
+    Eigen::Vector3d point, normal;
 };
 SurfacePoint surface_at(const Nodes& wide, double x, double y);
 

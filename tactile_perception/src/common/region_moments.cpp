@@ -28,15 +28,15 @@ Span span_of(const std::vector<double>& vertices, std::size_t axis, std::ptrdiff
 // The integrands per unit of area in (row, column), at a node of the surface.
 void integrands(const Nodes& wide, std::ptrdiff_t row, std::ptrdiff_t column, double* found) {
     const std::ptrdiff_t node = (row + BEYOND) * wide.columns + column + BEYOND;
-    const Vec3 across = vec3_at(wide.values, node + 1) - vec3_at(wide.values, node - 1);
-    const Vec3 down = vec3_at(wide.values, node + wide.columns) - vec3_at(wide.values, node - wide.columns);
-    const Vec3 area = 0.25 * cross(across, down), position = vec3_at(wide.values, node);
-    const double density = length(area);
+    const Eigen::Vector3d across = vec3_at(wide.values, node + 1) - vec3_at(wide.values, node - 1);
+    const Eigen::Vector3d down = vec3_at(wide.values, node + wide.columns) - vec3_at(wide.values, node - wide.columns);
+    const Eigen::Vector3d area = 0.25 * across.cross(down), position = vec3_at(wide.values, node);
+    const double density = area.norm();
     found[0] = density;
     store(found + 1, 0, area);
     store(found + 4, 0, density * position);
-    found[7] = density * position.x * position.x, found[8] = density * position.x * position.y,
-    found[9] = density * position.y * position.y;
+    found[7] = density * position.x() * position.x(), found[8] = density * position.x() * position.y(),
+    found[9] = density * position.y() * position.y();
 }
 
 }  // namespace
@@ -83,8 +83,8 @@ std::array<double, 3> region_axes(const double* sums, const double* points, cons
     const double major = 4 * std::sqrt(std::max(mean + half, 0.0)), minor = 4 * std::sqrt(std::max(mean - half, 0.0));
     const double cosine = std::cos(angle), sine = std::sin(angle);
     double squares = 0;  // of the difference of the squares along and across
-    each_side(points, start, count, [&](Vec3 at, double side) {
-        const double along = cosine * (at.x - x) + sine * (at.y - y), across = cosine * (at.y - y) - sine * (at.x - x);
+    each_side(points, start, count, [&](const Eigen::Vector3d& at, double side) {
+        const double along = cosine * (at.x() - x) + sine * (at.y() - y), across = cosine * (at.y() - y) - sine * (at.x() - x);
         const double off = along * along - across * across;
         squares += side * off * off;
     });

@@ -35,8 +35,8 @@ template <class Visit>
 void each_side(const double* points, const std::int64_t* start, std::ptrdiff_t count, Visit visit) {
     for (std::ptrdiff_t loop = 0; loop < count; ++loop) {
         for (std::int64_t i = start[loop]; i < start[loop + 1]; ++i) {
-            const Vec3 here = vec3_at(points, i), next = vec3_at(points, i + 1 < start[loop + 1] ? i + 1 : start[loop]);
-            visit(here, length(next - here));
+            const Eigen::Vector3d here = vec3_at(points, i), next = vec3_at(points, i + 1 < start[loop + 1] ? i + 1 : start[loop]);
+            visit(here, (next - here).norm());
         }
     }
 }

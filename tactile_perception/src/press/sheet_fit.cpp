@@ -246,11 +246,11 @@ class SheetProblem {
             const int which = k % PRESS_SIZE;
             if (which > 3 && !prior.drags) continue;
             const double end = range[which] * (1 - 1e-6), sigma = which == 3 ? prior.sigma : which > 3 ? DRAG_SIGMA : INFINITY;
-            add(k, start(k / PRESS_SIZE, which), which == 3 ? prior.log_radius : 0.0, sigma, which == 2 ? MIN_DEPTH : -end, end,
-                LONGEST_STEP[which]);
+            add(k, {start(k / PRESS_SIZE, which), which == 3 ? prior.log_radius : 0.0, sigma, which == 2 ? MIN_DEPTH : -end, end,
+                    LONGEST_STEP[which]});
         }
-        if (count_ > 1) add(mixed(), INTERACTION, INTERACTION, INTERACTION_SIGMA, MIN_INTERACTION, MAX_INTERACTION, 1.0);
-        if ((frame.motion.array() != 0).any()) add(late(), 0, 0, LATENESS_SIGMA, -MAX_LATENESS, MAX_LATENESS, 1.0);
+        if (count_ > 1) add(mixed(), {INTERACTION, INTERACTION, INTERACTION_SIGMA, MIN_INTERACTION, MAX_INTERACTION, 1.0});
+        if ((frame.motion.array() != 0).any()) add(late(), {0, 0, LATENESS_SIGMA, -MAX_LATENESS, MAX_LATENESS, 1.0});
         // A straight press that explains a drag by a radius at the end of its range must not explain it well: then the drag is tried.
         bounds_.cut = true;
         rows_.resize(3 * frame.value.rows(), start_.size());
@@ -330,11 +330,17 @@ class SheetProblem {
         return state;
     }
 
-    void add(int number, double start, double mean, double sigma, double lowest, double highest, double longest) {
+    // What is known of a number before the fit; longest: step.
+    struct Unknown {
+        double start, mean, sigma, lowest, highest, longest;
+    };
+
+    void add(int number, const Unknown& one) {
         free_.push_back(number);
         const auto append = [](Vector& to, double value) { to.conservativeResize(to.size() + 1), to[to.size() - 1] = value; };
-        append(start_, std::clamp(start, lowest, highest)), append(mean_, mean), append(weight_, 1 / (sigma * sigma));
-        append(bounds_.lowest, lowest), append(bounds_.highest, highest), append(bounds_.longest, longest);
+        append(start_, std::clamp(one.start, one.lowest, one.highest));
+        append(mean_, one.mean), append(weight_, 1 / (one.sigma * one.sigma));
+        append(bounds_.lowest, one.lowest), append(bounds_.highest, one.highest), append(bounds_.longest, one.longest);
     }
 
     const SheetFrame& frame_;

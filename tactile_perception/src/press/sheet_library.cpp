@@ -59,10 +59,23 @@ struct TermWeights {
 // Terms whose sign a reflection changes.
 constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1};
 
+// What the terms of a table are worth at a press.
+struct AtPress {
+    Polynomials along, across;
+    DepthSplines down;
+    TermWeights weights;
+    AtPress(const SheetTable& table, const double* press)
+        : along(press[0], table.half[0], table.reach[0], table.order),
+          across(press[1], table.half[1], table.reach[1], table.order),
+          down(press[2], table),
+          weights(press, table) {}
+};
+
 // Columns of one class at a press (columns, LANES): value, and derivatives by the numbers of the press.
-TACTILE_WIDE void mix(const SheetTable& table, const float* coefficients, int part, std::ptrdiff_t columns, const Polynomials& along,
-                      const Polynomials& across, const DepthSplines& down, const TermWeights& weights, int terms, float* mixed) {
-    const std::ptrdiff_t order = table.order, rows = terms * order * order, size = rows * columns;
+TACTILE_WIDE void mix(const SheetTable& table, const float* coefficients, int part, const AtPress& at, int terms, float* mixed) {
+    const auto& [along, across, down, weights] = at;
+    const std::ptrdiff_t order = table.order, columns = table.modes[part] + WRENCH_COLUMNS[part];
+    const std::ptrdiff_t rows = terms * order * order, size = rows * columns;
     const std::ptrdiff_t level = TERMS * order * order * columns;
     const float* levels = coefficients + down.first * level;
     std::vector<float> at_depth(2 * size), by_row(2 * rows * LANES);  // coefficients, and their changes with depth; the weights of both
@@ -173,17 +186,14 @@ void look_up(const SheetTable& table, const double* press, bool drags, PressedSh
     std::copy(press, press + PRESS_SIZE, found.press);
     found.numbers = drags ? PRESS_SIZE : STRAIGHT_SIZE;
     found.field.assign(table.side() * table.side() * CHANNELS, 0.0f);
-    const Polynomials along(press[0], table.half[0], table.reach[0], table.order);
-    const Polynomials across(press[1], table.half[1], table.reach[1], table.order);
-    const DepthSplines down(press[2], table);
-    const TermWeights weights(press, table);
+    const AtPress at(table, press);
     const float *coefficients = table.coefficients.data(), *shapes = table.shapes.data();
     const std::ptrdiff_t quarter = 3 * (table.n + 1) * (table.n + 1);
     std::vector<float> mixed, sums(quarter * LANES);
     for (int part = 0; part < 4; ++part) {
         const std::ptrdiff_t modes = table.modes[part], columns = modes + WRENCH_COLUMNS[part];
         mixed.resize(columns * LANES);
-        mix(table, coefficients, part, columns, along, across, down, weights, drags ? TERMS : STRAIGHT_TERMS, mixed.data());
+        mix(table, coefficients, part, at, drags ? TERMS : STRAIGHT_TERMS, mixed.data());
         add_modes(table, shapes, part, mixed.data(), sums.data(), found.field.data());
         for (int k = 0; k < WRENCH_COLUMNS[part]; ++k) found.wrench[WRENCH_NUMBERS[part][k]] = mixed[(modes + k) * LANES];
         coefficients += TERMS * table.order * table.order * (table.levels + 3) * columns;

@@ -42,9 +42,9 @@ struct Padded {
 
 // Sum of the distances of the four adjacent dots from an inner dot's tangent plane, pitches.
 double bend(Grid grid, std::ptrdiff_t k, const double* positions, const double* normals, double pitch) {
-    const Vec3 here = vec3_at(positions, k), beside = vec3_at(positions, k - 1) + vec3_at(positions, k + 1) +
-                                                      vec3_at(positions, k - grid.columns) + vec3_at(positions, k + grid.columns);
-    return dot(beside - 4.0 * here, vec3_at(normals, k)) / pitch;
+    const Eigen::Vector3d across = vec3_at(positions, k - 1) + vec3_at(positions, k + 1);
+    const Eigen::Vector3d down = vec3_at(positions, k - grid.columns) + vec3_at(positions, k + grid.columns);
+    return (across + down - 4.0 * vec3_at(positions, k)).dot(vec3_at(normals, k)) / pitch;
 }
 
 // Median size of the loads (K), limited; NaN counts as 0.
@@ -173,12 +173,12 @@ std::vector<int> steps_to_load(const DotLoads& loads, Grid grid) {
 ContactForces contact_forces(const DotLoads& loads, Grid grid) {
     ContactForces found{std::vector<double>(3 * grid.size()), std::vector<double>(6)};
     const std::vector<int> steps = steps_to_load(loads, grid);
-    Vec3 total{}, moment{};
+    Eigen::Vector3d total = Eigen::Vector3d::Zero(), moment = Eigen::Vector3d::Zero();
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         const double weight = std::min(1.0, static_cast<double>(ZERO_WEIGHT_STEPS - steps[k]) / (ZERO_WEIGHT_STEPS - FULL_WEIGHT_STEPS));
-        const Vec3 force = weight * vec3_at(loads.force.data(), k);
+        const Eigen::Vector3d force = weight * vec3_at(loads.force.data(), k);
         store(found.force.data(), k, force);
-        total = total + force, moment = moment + cross(vec3_at(loads.xyz.data(), k), force);
+        total += force, moment += vec3_at(loads.xyz.data(), k).cross(force);
     }
     store(found.wrench.data(), 0, total);
     store(found.wrench.data(), 1, moment);

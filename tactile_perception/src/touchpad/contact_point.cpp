@@ -148,7 +148,7 @@ Tip round_tip(const Points& points, const Eigen::Vector3d& normal, double sigma)
 Eigen::Vector3d centroid_variance(const RegionShape& region, const RegionBorder& border, std::ptrdiff_t count) {
     Eigen::Vector3d variance = Eigen::Vector3d::Zero();
     each_side(border.points, border.start, border.loops,
-              [&](Vec3 at, double side) { variance += side * (Eigen::Vector3d(at.x, at.y, at.z) - region.centroid).cwiseAbs2(); });
+              [&](const Eigen::Vector3d& at, double side) { variance += side * (at - region.centroid).cwiseAbs2(); });
     for (double& value : variance) value = std::pow(border_sigma(value, region.pitch) / region.area, 2);
     variance[2] += region.sigma * region.sigma / static_cast<double>(std::max<std::ptrdiff_t>(count, 1));
     return variance;
@@ -168,8 +168,8 @@ ContactPosition contact_point(const double* points, std::ptrdiff_t count, const 
     const Tip tip = round_tip(Eigen::Map<const Points>(points, 3, count).colwise() - centroid, normal, region.sigma);
     if (tip.projector.isZero(0) || !(tip.offset.squaredNorm() < 2 * region.area)) return found;
     const SurfacePoint surface = surface_at(wide, centroid.x() + tip.offset.x(), centroid.y() + tip.offset.y());
-    found.position = {surface.point.x, surface.point.y, surface.point.z};
-    found.normal = {surface.normal.x, surface.normal.y, surface.normal.z};
+    found.position = surface.point;
+    found.normal = surface.normal;
     const Eigen::Matrix2d across = Eigen::Matrix2d::Identity() - tip.projector;  // there the centroid's covariance applies
     found.covariance.topLeftCorner<2, 2>() = across * variance.head<2>().asDiagonal() * across.transpose() + tip.covariance;
     return found;

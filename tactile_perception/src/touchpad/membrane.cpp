@@ -106,8 +106,8 @@ void update_probabilities(const MembraneModel& model, Grid grid, const double* g
 }
 
 // The force of skin and fluid at this pressure on dot k, N.
-Vec3 force_at(const Skin& skin, const Balance& balance, double pressure, std::ptrdiff_t k) {
-    const Vec3 pushed = balance.area[k] * vec3_at(balance.normal.data(), k) - vec3_at(skin.residual.data(), k);
+Eigen::Vector3d force_at(const Skin& skin, const Balance& balance, double pressure, std::ptrdiff_t k) {
+    const Eigen::Vector3d pushed = balance.area[k] * vec3_at(balance.normal.data(), k) - vec3_at(skin.residual.data(), k);
     return vec3_at(balance.elastic.data(), k) + pressure * pushed;
 }
 
@@ -124,9 +124,9 @@ void find_loads(const Skin& skin, DotLoads& found) {
     found.force.assign(found.xyz.size(), 0), found.load.assign(skin.grid.size(), 0);
     each_dot(skin.grid, [&](std::ptrdiff_t k, bool inner) {
         if (!inner) return;
-        const Vec3 left = force_at(skin, usual, pressure, k);
+        const Eigen::Vector3d left = force_at(skin, usual, pressure, k);
         store(found.force.data(), k, -1.0 * left);  // what the object balances
-        found.load[k] = dot(left, vec3_at(usual.normal.data(), k)) / (pressure * usual.area[k]);
+        found.load[k] = left.dot(vec3_at(usual.normal.data(), k)) / (pressure * usual.area[k]);
     });
     found.normal = std::move(usual.normal);
 }
@@ -151,35 +151,36 @@ void turn_unseen(Grid grid, std::vector<double> turned, WholeFrame& frame) {
     fill_holes(grid, turned.data(), frame.seen, 3);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         if (frame.seen[k]) continue;
-        const Vec3 ray = vec3_at(frame.rays.data(), k) + vec3_at(turned.data(), k);
-        store(frame.rays.data(), k, 1 / length(ray) * ray);
+        const Eigen::Vector3d ray = vec3_at(frame.rays.data(), k) + vec3_at(turned.data(), k);
+        store(frame.rays.data(), k, ray.normalized());
     }
 }
 
 // The part along the surface of the force on dot k over the pressure.
-Vec3 along_surface(const Skin& skin, const Balance& balance, double pressure, std::ptrdiff_t k) {
-    const Vec3 force = force_at(skin, balance, pressure, k), normal = vec3_at(balance.normal.data(), k);
-    return 1 / (pressure * balance.area[k]) * (force - dot(force, normal) * normal);
+Eigen::Vector3d along_surface(const Skin& skin, const Balance& balance, double pressure, std::ptrdiff_t k) {
+    const Eigen::Vector3d force = force_at(skin, balance, pressure, k), normal = vec3_at(balance.normal.data(), k);
+    return 1 / (pressure * balance.area[k]) * (force - force.dot(normal) * normal);
 }
 
 // scale: factor on what is measured less the range at rest. Unseen dots keep their direction of the last frame, plus the motion of their
 // neighbours.
-WholeFrame whole_frame(Grid grid, Vec3 from, const double* rest, const double* last_places, const SeenRanges& seen, double scale) {
+WholeFrame whole_frame(Grid grid, const Eigen::Vector3d& from, const double* rest, const double* last_places, const SeenRanges& seen,
+                       double scale) {
     const auto size = static_cast<std::size_t>(grid.size());
     WholeFrame found{std::vector<double>(3 * size), std::vector<double>(size), std::vector<double>(size),
                      std::vector<double>(size),     std::vector<double>(size), std::vector<std::uint8_t>(size)};
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        const Vec3 away = vec3_at(last_places, k) - from;
-        found.last[k] = length(away);
+        const Eigen::Vector3d away = vec3_at(last_places, k) - from;
+        found.last[k] = away.norm();
         store(found.rays.data(), k, 1 / found.last[k] * away);
     }
     std::vector<double> turned(3 * size);
     for (std::ptrdiff_t i = 0; i < seen.count; ++i) {
         const std::ptrdiff_t k = seen.id[i];
-        const Vec3 ray = vec3_at(seen.rays, i);
+        const Eigen::Vector3d ray = vec3_at(seen.rays, i);
         store(turned.data(), k, ray - vec3_at(found.rays.data(), k));
         store(found.rays.data(), k, ray);
-        const double at_rest = length(vec3_at(rest, k) - from), displaced = scale * (seen.ranges[i] - at_rest);
+        const double at_rest = (vec3_at(rest, k) - from).norm(), displaced = scale * (seen.ranges[i] - at_rest);
         const double weight = 1 / (seen.sigma[i] * seen.sigma[i]);
         const bool good = std::isfinite(displaced) && std::isfinite(weight);
         found.seen[k] = true;
@@ -198,26 +199,30 @@ struct Leaning {
     double curvature, gradient;
 };
 
-// rays (K, 3); moved (K), m, and lifted, Pa: change of ranges and pressure if all displacements doubled; scale: as of whole_frame; spread:
-// standard deviation of r by other causes.
-Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double* rays, const double* moved, double lifted, double scale,
-                      double spread) {
+// What changes if all displacements double, along unit rays (K, 3): the ranges by moved (K), m, and the pressure by lifted, Pa.
+struct Doubled {
+    const double *rays, *moved;
+    double lifted;
+};
+
+// scale: as of whole_frame; spread: standard deviation of r by other causes.
+Leaning scale_leaning(const Skin& skin, const MembraneState& state, const Doubled& doubled, double scale, double spread) {
     const Grid grid = skin.grid;
-    const double share = SCALE_STEP / scale, higher = state.pressure + share * lifted;
+    const double share = SCALE_STEP / scale, higher = state.pressure + share * doubled.lifted;
     std::vector<double> moved_there(state.xyz);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k)
-        store(moved_there.data(), k, vec3_at(moved_there.data(), k) + share * moved[k] * vec3_at(rays, k));
+        store(moved_there.data(), k, vec3_at(moved_there.data(), k) + share * doubled.moved[k] * vec3_at(doubled.rays, k));
     const Balance here = find_balance(skin, state.xyz.data(), state.pressure), there = find_balance(skin, moved_there.data(), higher);
     Leaning found{0, 0};
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
         double loaded = 0;
         around(grid, k, [&](std::ptrdiff_t j) { loaded += state.touched[j]; });
         if (!inner || !(loaded < MAX_FREE_LOAD)) return;
-        const Vec3 pull = along_surface(skin, here, state.pressure, k),
+        const Eigen::Vector3d pull = along_surface(skin, here, state.pressure, k),
                    slope = 1 / SCALE_STEP * (along_surface(skin, there, higher, k) - pull);
-        const double off = 1 + dot(pull, pull) / (4 * spread * spread), weight = 1 / (off * off);
-        found.curvature += weight * dot(slope, slope);
-        found.gradient += weight * dot(slope, pull);
+        const double off = 1 + pull.squaredNorm() / (4 * spread * spread), weight = 1 / (off * off);
+        found.curvature += weight * slope.squaredNorm();
+        found.gradient += weight * slope.dot(pull);
     });
     return found;
 }
@@ -256,8 +261,8 @@ struct Solution {
 class Steps {
  public:
     // touched (K) and pressure: of the last frame, touched is empty where there is none.
-    Steps(const MembraneModel& model, const Skin& skin, Vec3 origin, const WholeFrame& frame, const std::vector<double>& touched,
-          double pressure)
+    Steps(const MembraneModel& model, const Skin& skin, const Eigen::Vector3d& origin, const WholeFrame& frame,
+          const std::vector<double>& touched, double pressure)
         : model_(model), skin_(skin), grid_(skin.grid), origin_(origin), frame_(frame), size_(grid_.size()), factor_(0, 0) {
         found_.weight = frame.weight;
         found_.pressure = pressure;
@@ -401,7 +406,7 @@ class Steps {
     const MembraneModel& model_;
     const Skin& skin_;
     const Grid grid_;
-    const Vec3 origin_;
+    const Eigen::Vector3d origin_;
     const WholeFrame& frame_;
     const std::ptrdiff_t size_;
     Solution found_;
@@ -427,8 +432,8 @@ const MembraneState& Membrane::solve(const SeenRanges& seen) {
                         frame.seen};
     for (std::ptrdiff_t k = 0; k < skin_.grid.size(); ++k)
         store(state.xyz.data(), k, origin_ + state.ranges[k] * vec3_at(frame.rays.data(), k));
-    learn_scale(frame.displaced,
-                [&] { return scale_leaning(skin_, state, frame.rays.data(), found.moved.data(), found.lifted, factor, model_.residual); });
+    const Doubled doubled{frame.rays.data(), found.moved.data(), found.lifted};
+    learn_scale(frame.displaced, [&] { return scale_leaning(skin_, state, doubled, factor, model_.residual); });
     state_ = std::move(state);
     return state_;
 }

@@ -57,7 +57,8 @@ struct MembraneModel {
 class Membrane {
  public:
     /// skin: the undeformed membrane; origin: the camera's centre, m.
-    Membrane(Skin skin, Vec3 origin, const MembraneModel& model = {}) : skin_(std::move(skin)), origin_(origin), model_(model) {}
+    Membrane(Skin skin, const Eigen::Vector3d& origin, const MembraneModel& model = {})
+        : skin_(std::move(skin)), origin_(origin), model_(model) {}
 
     const Skin& skin() const { return skin_; }
     const MembraneState& state() const { return state_; }
@@ -83,7 +84,7 @@ class Membrane {
     void learn_scale(const std::vector<double>& displaced, Lean lean);
 
     Skin skin_;
-    Vec3 origin_;
+    Eigen::Vector3d origin_;
     MembraneModel model_;
     MembraneState state_;
     double scale_error_ = 0, scale_precision_ = std::numeric_limits<double>::infinity();

@@ -20,7 +20,20 @@ namespace {
 constexpr int CORNERS = 4, TRIANGLES = 4;
 constexpr int OF_TRIANGLE[TRIANGLES][3] = {{0, 1, 2}, {1, 3, 2}, {0, 1, 3}, {0, 3, 2}};
 
-using FourVectors = Vector3<Four>;
+// A vector of numbers, or of several at once. Not Eigen's: its functions would not become a part of those that are TACTILE_WIDE.
+template <class Number>
+struct Vector {
+    Number x, y, z;
+
+    TACTILE_INLINE friend Vector operator+(const Vector& a, const Vector& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+    TACTILE_INLINE friend Vector operator-(const Vector& a, const Vector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+    TACTILE_INLINE friend Vector operator*(const Number& s, const Vector& a) { return {s * a.x, s * a.y, s * a.z}; }
+    TACTILE_INLINE friend Number dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+    TACTILE_INLINE friend Vector cross(const Vector& a, const Vector& b) {
+        return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    }
+};
+using FourVectors = Vector<Four>;
 
 // An array (K, 3) of a grid's dots, one coordinate after the other, so that those of neighbours in a row are read at once. Zeros follow
 // each row.
@@ -44,6 +57,10 @@ class Columns {
  private:
     const std::ptrdiff_t stride_, plane_;
     std::vector<double> values_;
+};
+
+struct DotColumns {
+    Columns positions, rays, normals;
 };
 
 // Sums, at the dots of two rows of a grid, of what the cells around them contribute to each of several numbers. What comes from the cells
@@ -75,10 +92,10 @@ class CellSums {
 // corner is the product of the two sides there over the doubled area.
 template <class Number>
 struct Triangle {
-    Vector3<Number> u, v, doubled;
+    Vector<Number> u, v, doubled;
     Number square;  // of the doubled area
     Number at[3];   // products of the sides at each corner
-    TACTILE_INLINE Triangle(const Vector3<Number>& a, const Vector3<Number>& b, const Vector3<Number>& c)
+    TACTILE_INLINE Triangle(const Vector<Number>& a, const Vector<Number>& b, const Vector<Number>& c)
         : u(b - a), v(c - a), doubled(cross(u, v)), square(dot(doubled, doubled)) {
         at[0] = dot(u, v);
         at[1] = dot(u, u) - at[0];
@@ -133,11 +150,11 @@ constexpr int slot(int from, int to) {
 // In a triangle, with V its area vector, n its normal, E_k the edge opposite to corner k, N_k the dot's normal, s = G a/2 (A0/A)^3 / 2:
 // the area term's force is s n x E_k / 2, the fluid's p V / 6, and corner j along its ray r_j changes V by E_j x r_j / 2.
 // The rate is s / (4 A); the doubled area vector is 2 A n.
-TACTILE_INLINE void add_slopes(const Springs& springs, const Columns& where, const Columns& along, const Columns& upward, double pressure,
-                               std::ptrdiff_t row, std::ptrdiff_t column, CellSums& sums) {
+TACTILE_INLINE void add_slopes(const Springs& springs, const DotColumns& dots, double pressure, std::ptrdiff_t row, std::ptrdiff_t column,
+                               CellSums& sums) {
     FourVectors position[CORNERS], ray[CORNERS], normal[CORNERS];
     for (int k = 0; k < CORNERS; ++k) {
-        position[k] = where.at(row, column, k), ray[k] = along.at(row, column, k), normal[k] = upward.at(row, column, k);
+        position[k] = dots.positions.at(row, column, k), ray[k] = dots.rays.at(row, column, k), normal[k] = dots.normals.at(row, column, k);
     }
     Four slopes[CORNERS][CORNERS];
     for (int t = 0; t < TRIANGLES; ++t) {
@@ -180,7 +197,8 @@ Skin::Skin(Grid grid_, const double* rest_, const MembraneMaterial& material)
             for (int t = 0; t < TRIANGLES; ++t) {
                 const auto corner = [&](int k) {
                     const int which = OF_TRIANGLE[t][k];
-                    return vec3_at(rest_, (row + which / 2) * grid.columns + column + which % 2);
+                    const double* at = rest_ + 3 * ((row + which / 2) * grid.columns + column + which % 2);
+                    return Vector<double>{at[0], at[1], at[2]};
                 };
                 const Triangle<double> triangle(corner(0), corner(1), corner(2));
                 const double doubled = std::sqrt(triangle.square);
@@ -222,14 +240,14 @@ Balance find_balance(const Skin& skin, const double* positions, double pressure)
                   std::vector<double>(size)};
     add_forces(skin, positions, found.elastic.data(), share.data());
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
-        const Vec3 part = vec3_at(share.data(), k), pushed = part - vec3_at(skin.residual.data(), k);
-        found.area[k] = length(part);
-        const Vec3 normal = 1 / found.area[k] * part;
+        const Eigen::Vector3d part = vec3_at(share.data(), k), pushed = part - vec3_at(skin.residual.data(), k);
+        found.area[k] = part.norm();
+        const Eigen::Vector3d normal = 1 / found.area[k] * part;
         store(found.normal.data(), k, normal);
         if (!inner) return;
         const double scale = 1 / (pressure * found.area[k]);
-        found.by_pressure[k] = scale * dot(pushed, normal);
-        found.load[k] = scale * dot(vec3_at(found.elastic.data(), k), normal) + pressure * found.by_pressure[k];
+        found.by_pressure[k] = scale * pushed.dot(normal);
+        found.load[k] = scale * vec3_at(found.elastic.data(), k).dot(normal) + pressure * found.by_pressure[k];
     });
     return found;
 }
@@ -237,12 +255,12 @@ Balance find_balance(const Skin& skin, const double* positions, double pressure)
 TACTILE_WIDE std::vector<double> find_slopes(const Skin& skin, const double* positions, const double* rays, double pressure,
                                              const Balance& balance) {
     const Grid grid = skin.grid;
-    const Columns where(grid, positions), along(grid, rays), upward(grid, balance.normal.data());
+    const DotColumns dots{{grid, positions}, {grid, rays}, {grid, balance.normal.data()}};
     CellSums sums(grid, 9);
     std::vector<double> found(9 * grid.size());
     for (std::ptrdiff_t row = 0; row + 1 < grid.rows; ++row) {
         for (std::ptrdiff_t column = 0; column + 1 < grid.columns; column += FOUR) {
-            add_slopes(Springs(skin, row, column), where, along, upward, pressure, row, column, sums);
+            add_slopes(Springs(skin, row, column), dots, pressure, row, column, sums);
         }
         for (std::ptrdiff_t column = 1; row > 0 && column + 1 < grid.columns; ++column) {
             const std::ptrdiff_t k = row * grid.columns + column;

@@ -81,14 +81,13 @@ double log_of_sum(double a, double b) {
 
 }  // namespace
 
-ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoads& loads, const std::vector<double>& last_xyz,
-                           const Vector3d& origin, double noise, const std::vector<std::ptrdiff_t>& dots,
-                           const std::vector<std::uint8_t>& touched, const TouchingObject& object, double seconds)
+ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoads& loads, const LastFrame& last,
+                           const std::vector<std::ptrdiff_t>& dots, const TouchingObject& object)
     : model_(model),
       count_(static_cast<std::ptrdiff_t>(dots.size())),
-      noise_(noise),
-      seconds_(seconds),
-      least_(std::log(TWO_PI * noise * noise) + MEAN_STUDENT_LOSS),
+      noise_(last.noise),
+      seconds_(last.seconds),
+      least_(std::log(TWO_PI * last.noise * last.noise) + MEAN_STUDENT_LOSS),
       friction_(object.friction),
       friction_variance_(object.friction_variance),
       before_(object.twist),
@@ -102,12 +101,12 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
       drag_(2, count_) {
     const double share = 1.0 / static_cast<double>(count_);
     for (const std::ptrdiff_t k : dots) centre_ += share * vector_at(loads.xyz, k);
-    for (const std::ptrdiff_t k : dots) radius_ += share * ((vector_at(last_xyz, k) + vector_at(loads.xyz, k)) / 2 - centre_).squaredNorm();
+    for (const std::ptrdiff_t k : dots) radius_ += share * ((vector_at(last.xyz, k) + vector_at(loads.xyz, k)) / 2 - centre_).squaredNorm();
     radius_ = std::max(std::sqrt(radius_), 1e-4);
     for (std::ptrdiff_t i = 0; i < count_; ++i) {
         const std::ptrdiff_t k = dots[i];
-        const Vector3d before = vector_at(last_xyz, k), after = vector_at(loads.xyz, k), normal = vector_at(loads.normal, k);
-        const Vector3d ray = ((before + after) / 2 - origin).normalized(), a = ray.unitOrthogonal(), b = ray.cross(a);
+        const Vector3d before = vector_at(last.xyz, k), after = vector_at(loads.xyz, k), normal = vector_at(loads.normal, k);
+        const Vector3d ray = ((before + after) / 2 - last.origin).normalized(), a = ray.unitOrthogonal(), b = ray.cross(a);
         const Vector3d offset = ((before + after) / 2 - centre_) / radius_, axes[3] = {a, b, normal};
         for (int j = 0; j < 3; ++j) {
             const std::ptrdiff_t row = j * count_ + i;
@@ -117,7 +116,7 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
         double carried = 0;
         Vector3d pull = Vector3d::Zero();
         around(grid, k, [&](std::ptrdiff_t j) {
-            if (!touched[j]) return;
+            if (!last.touched[j]) return;
             const Vector3d force = vector_at(loads.force, j), up = vector_at(loads.normal, j);
             carried -= force.dot(up), pull += force - force.dot(up) * up;
         });

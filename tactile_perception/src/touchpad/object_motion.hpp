@@ -18,15 +18,23 @@ inline Eigen::Vector3d vector_at(const std::vector<double>& array, std::ptrdiff_
     return Eigen::Map<const Eigen::Vector3d>(array.data() + 3 * k);
 }
 
+/// xyz (K, 3), m: of all dots in the last frame, which was so many seconds ago; touched (K): which are in contact now; noise: of a dot's
+/// motion across its ray from origin, m.
+struct LastFrame {
+    const std::vector<double>& xyz;
+    double seconds;
+    const std::vector<std::uint8_t>& touched;
+    double noise;
+    const Eigen::Vector3d& origin;
+};
+
 /// The dots of one object that were in contact and seen in the last frame, too. Lengths are in m a frame; a rotation is measured by the
 /// displacement at the dots' root mean square distance from their centre. docs/stick_slip.md has the densities.
 class ObjectMotion {
  public:
-    /// last_xyz (K, 3), m: in the last frame; noise: of a dot's motion across its ray, m; dots: those that are judged; touched (K); object:
-    /// as of the last frame; seconds: since then.
-    ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoads& loads, const std::vector<double>& last_xyz,
-                 const Eigen::Vector3d& origin, double noise, const std::vector<std::ptrdiff_t>& dots,
-                 const std::vector<std::uint8_t>& touched, const TouchingObject& object, double seconds);
+    /// loads: of all dots; dots: those that are judged; object: as of the last frame.
+    ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoads& loads, const LastFrame& last,
+                 const std::vector<std::ptrdiff_t>& dots, const TouchingObject& object);
 
     /// Returns the probabilities (N) that the dots slip, and updates the object. odds: predicted probabilities of its modes.
     std::vector<double> explain(TouchingObject& object, const std::array<double, MODES>& odds) const;

@@ -109,7 +109,7 @@ std::vector<std::uint8_t> StickSlip::update(const DotLoads& loads, const std::ve
         }
         if (!common.empty() && seconds > 0) {
             const std::array<double, MODES> odds = expected_odds(object.odds, model_.rate, seconds);
-            const ObjectMotion motion(model_, grid_, loads, last_xyz_, origin_, noise_, common, touched, object, seconds);
+            const ObjectMotion motion(model_, grid_, loads, {last_xyz_, seconds, touched, noise_, origin_}, common, object);
             const std::vector<double> slips = motion.explain(object, odds);
             for (std::size_t i = 0; i < common.size(); ++i) {
                 slipping_[common[i]] = slips[i];

@@ -20,16 +20,16 @@ constexpr double DARK = 1e-6;  // minimum irradiance by Lambert's cosine, of a s
 }  // namespace
 
 // Means over the lamps, weighted by irradiance: inverse square of the distance, Lambert's cosine, ambient.
-Incidence incidence(const LightPath& path, const Vec3& position, const Vec3& normal, const Vec3& ray) {
-    const double up = position.z - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
+Incidence incidence(const LightPath& path, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, const Eigen::Vector3d& ray) {
+    const double up = position.z() - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
     double distance[LAMPS], weight[LAMPS], outward[LAMPS];
     for (int k = 0; k < LAMPS; ++k) {
-        const double x = position.x - path.centre.x - path.lamp_radius * COSINE[k];
-        const double y = position.y - path.centre.y - path.lamp_radius * SINE[k];
+        const double x = position.x() - path.centre.x() - path.lamp_radius * COSINE[k];
+        const double y = position.y() - path.centre.y() - path.lamp_radius * SINE[k];
         distance[k] = std::sqrt(x * x + y * y + up * up);
-        const double near = 1 / distance[k], cosine = (x * normal.x + y * normal.y + up * normal.z) * near;
+        const double near = 1 / distance[k], cosine = (x * normal.x() + y * normal.y() + up * normal.z()) * near;
         weight[k] = ((cosine > 0 ? cosine : 0) + ambient) * near * near;
-        outward[k] = (x * ray.x + y * ray.y + up * ray.z) * near;
+        outward[k] = (x * ray.x() + y * ray.y() + up * ray.z()) * near;
     }
     double total = 0, far = 0, along = 0;
     for (int k = 0; k < LAMPS; ++k) {
@@ -38,7 +38,7 @@ Incidence incidence(const LightPath& path, const Vec3& position, const Vec3& nor
         along += weight[k] * outward[k];
     }
     const double slant = far / (total * up);
-    return {slant, along / (total * up) - slant * ray.z / up, total / LAMPS};
+    return {slant, along / (total * up) - slant * ray.z() / up, total / LAMPS};
 }
 
 // The derivative neglects that of the weights: accurate to 1 %.
@@ -52,9 +52,9 @@ std::tuple<std::vector<double>, std::vector<double>, std::vector<double>> path_l
                                                                                        const double* normals) {
     std::vector<double> lengths, slopes, irradiance;
     for (std::ptrdiff_t k = 0; k < positions.length(); ++k) {
-        const Vec3 position = vec3_at(positions, k), away = position - path.centre, ray = (1 / length(away)) * away;
+        const Eigen::Vector3d position = vec3_at(positions, k), away = position - path.centre, ray = away.normalized();
         const Incidence light = incidence(path, position, vec3_at(normals, k), ray);
-        const Length found = length_at(path, position.z, ray.z, light);
+        const Length found = length_at(path, position.z(), ray.z(), light);
         lengths.push_back(found.metres), slopes.push_back(found.slope), irradiance.push_back(light.irradiance);
     }
     return {std::move(lengths), std::move(slopes), std::move(irradiance)};
@@ -182,6 +182,13 @@ struct Estimate {
     double length, variance, disagreement;  // m, m^2, standard deviations
 };
 
+// Of a dot that may have glare: colour of the glare, what both ratios fall short of their constants, share of the ring's points that is
+// used, and the excess of brightness with its standard deviation.
+struct GlaringDot {
+    const double *colour, *fallen;
+    double points, excess, sigma;
+};
+
 // The length from what both ratios fall short of their constants, on this share of a ring's points.
 Estimate without_glare(const Ratios& ratios, const double* fallen, double points) {
     const double apart = ratios.apart[0] * fallen[0] + ratios.apart[1] * fallen[1];
@@ -191,8 +198,8 @@ Estimate without_glare(const Ratios& ratios, const double* fallen, double points
 // The most likely length with glare whose share is normally distributed about 0 with the standard deviation size, and the logarithm of the
 // evidence for such glare over none (Laplace's approximation). Gauss-Newton steps for the share alone, since the length follows from it,
 // with the ratios' disagreement, the excess of brightness ln(1 + share), and the distribution of shares as data.
-Estimate with_glare(const Ratios& ratios, const double* colour, const double* fallen, double points, double excess, double sigma,
-                    double size, double& evidence) {
+Estimate with_glare(const Ratios& ratios, const GlaringDot& dot, double size, double& evidence) {
+    const auto [colour, fallen, points, excess, sigma] = dot;
     double share = std::clamp(std::expm1(excess), 0.0, MAX_SHARE);
     for (int step = 0;; ++step) {
         double scattered[2], slope[2];
@@ -233,7 +240,7 @@ WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const D
         const bool known = colour[0] >= 0 && colour[0] <= MAX_COLOUR && colour[1] >= 0 && colour[1] <= MAX_COLOUR;
         if (std::isfinite(seen.excess[k]) && seen.excess_sigma[k] > 0 && known) {
             double evidence;
-            const Estimate other = with_glare(ratios, colour, fallen, points, seen.excess[k], seen.excess_sigma[k], glare.size, evidence);
+            const Estimate other = with_glare(ratios, {colour, fallen, points, seen.excess[k], seen.excess_sigma[k]}, glare.size, evidence);
             const double p = 1 / (1 + unlikely * std::exp(-evidence)), apart = other.length - best.length;
             best.variance = (1 - p) * best.variance + p * other.variance + p * (1 - p) * apart * apart;
             best.length += p * apart;
@@ -290,14 +297,14 @@ class Surface {
     }
 
     // Unit normal, z up, at dot k: cross product of central differences; that at rest at the border and where a neighbour is missing.
-    Vec3 normal(std::ptrdiff_t k) const {
-        const Vec3 rest = vec3_at(dots_.rest_normals.data(), k);
+    Eigen::Vector3d normal(std::ptrdiff_t k) const {
+        const Eigen::Vector3d rest = vec3_at(dots_.rest_normals.data(), k);
         if (!inner(k)) return rest;
         const double* here = positions_.data() + 3 * dots_.id[k];
-        const Vec3 right = vec3_at(here, 1) - vec3_at(here, -1);
-        const Vec3 down = vec3_at(here, grid_.columns) - vec3_at(here, -grid_.columns);
-        const Vec3 out = cross(right, down), unit = std::copysign(1 / length(out), out.z) * out;
-        return std::isfinite(unit.x) && std::isfinite(unit.y) && std::isfinite(unit.z) ? unit : rest;
+        const Eigen::Vector3d right = vec3_at(here, 1) - vec3_at(here, -1);
+        const Eigen::Vector3d down = vec3_at(here, grid_.columns) - vec3_at(here, -grid_.columns);
+        const Eigen::Vector3d out = right.cross(down), unit = std::copysign(1 / out.norm(), out.z()) * out;
+        return unit.allFinite() ? unit : rest;
     }
 
  private:
@@ -310,9 +317,9 @@ class Surface {
 };
 
 // One Newton step along a ray from range start to the range at which the path has that length.
-Length march(const LightPath& path, double length, Vec3 ray, double start, Vec3 normal) {
-    const Vec3 position = path.centre + start * ray;
-    const Length here = length_at(path, position.z, ray.z, incidence(path, position, normal, ray));
+Length march(const LightPath& path, double length, const Eigen::Vector3d& ray, double start, const Eigen::Vector3d& normal) {
+    const Eigen::Vector3d position = path.centre + start * ray;
+    const Length here = length_at(path, position.z(), ray.z(), incidence(path, position, normal, ray));
     return {start + (length - here.metres) / here.slope, here.slope};
 }
 

@@ -19,7 +19,7 @@ namespace tactile {
 /// From a ring light through a window to the skin, and back to the camera; metres, sensor frame.
 struct LightPath {
     double window_z, lamp_z, lamp_radius, ambient;  // ambient: diffuse share of the irradiance, 0 for Lambert's cosine alone
-    Vec3 centre;                                    // of the camera, on the ring's axis
+    Eigen::Vector3d centre;                                    // of the camera, on the ring's axis
 };
 
 /// The path of window_z, lamp_z, lamp_radius, ambient, and the camera's centre.
@@ -34,7 +34,7 @@ struct Incidence {
 };
 
 /// Returns the light on a position with outward unit normal, on the unit ray from the camera's centre.
-Incidence incidence(const LightPath& path, const Vec3& position, const Vec3& normal, const Vec3& ray);
+Incidence incidence(const LightPath& path, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, const Eigen::Vector3d& ray);
 
 /// Length in the water, m, to the position and back, and its derivative along the ray.
 struct Length {
