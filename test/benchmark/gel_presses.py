@@ -93,7 +93,7 @@ def simulated(count):
         angle, drag, thickness = rng.uniform(0, 2 * np.pi), rng.uniform(0.05e-3, 0.5e-3), rng.uniform(3e-3, 6e-3)
         gel = pressed_gel(rng, pitch=2e-3 if small else 1.5e-3, thickness=thickness, radius=2.5e-3 if small else rng.uniform(4e-3, 9e-3),
                           depth=rng.uniform(0.1, 0.2) * thickness, friction=rng.uniform(0.3, 0.9), middle=rng.uniform(-3e-3, 3e-3, 2),
-                          way=(drag * np.cos(angle), drag * np.sin(angle)))
+                          displacement=(drag * np.cos(angle), drag * np.sin(angle)))
         state, untouched, tracks = gel.states[-1], gel.tracks(None, rng), gel.tracks(gel.states[-1], rng)
         radius = np.sqrt(len(state.positions) / np.pi) * gel.contact.cell / METRES
         for found, (changes, focal) in zip(presses, settings):

@@ -21,7 +21,7 @@ WORDS = {
 #: Files and folders whose text is finished. The list grows until it is the whole repository.
 FINISHED = (
     'tactile_msgs', 'tactile_driver/doc', 'tactile_driver/CHANGELOG.rst', 'conf.py', 'tactile_perception/tactile_perception/published',
-    'tactile_bringup/hands', 'tactile_driver/test',
+    'tactile_bringup/hands', 'tactile_bringup/test', 'tactile_driver/test',
     *(f'test/{name}' for name in ('borders', 'docs', 'environment', 'faults', 'hardware', 'launch', 'stability')),
     *(f'tactile_driver/tactile_driver/{name}' for name in (
         'camera', 'nodes', 'parameters', 'recordings', 'serial', 'simulation', 'sources', 'stitching/methods.py', '__init__.py',
@@ -29,8 +29,8 @@ FINISHED = (
     *(f'tactile_perception/tactile_perception/{name}' for name in (
         'core', 'common', 'bags', 'tools', 'evaluation', 'finger', 'force_taxels', 'gel', 'photometric', 'taxel', 'touchpad', 'api.py')),
     *(f'tactile_perception/test/{name}' for name in (
-        'bags', 'common', 'core', 'evaluation', 'force_taxels', 'photometric', 'taxel', 'tools', 'touchpad', 'conftest.py',
-        'test_work_log.py')),
+        'bags', 'common', 'core', 'evaluation', 'finger', 'force_taxels', 'gel', 'helpers', 'photometric', 'taxel', 'tools', 'touchpad',
+        'conftest.py', 'test_work_log.py')),
     *(f'tactile_perception/tactile_perception/press/{name}' for name in (
         'dome', 'sheet/calibration.py', 'sheet/model.py', 'calibration.py', 'estimate.py', 'estimator.py', 'field.py', 'methods.py',
         'parameters.py', 'positions.py', 'presses.py', 'sensor_types.py', 'stage.py', 'stitching.py', 'tools.py')),

@@ -219,17 +219,17 @@ def test_lerobots_own_library_loads_it(h5py, tmp_path):
     assert sizes == [20, 1, 10, 3, 64, 96] and mean == pytest.approx(70, abs=4) and batch == 'torch.Size([4, 2])'
 
 
-@pytest.mark.parametrize('words, told', [
+@pytest.mark.parametrize('words, output', [
     (['--topics', '/nowhere'], 'no topic /nowhere; it has'), (['--rate', '0'], '--rate 0'), (['--episodes', '/thumb/nowhere'], 'no topic')])
-def test_what_cannot_be_done_is_said_and_nothing_is_written(h5py, tmp_path, bag, capsys, words, told):
+def test_what_cannot_be_done_is_said_and_nothing_is_written(h5py, tmp_path, bag, capsys, words, output):
     assert run(bag, '--to', 'hdf5', tmp_path / 'out.h5', *words) == 1
-    assert told in capsys.readouterr().err and [path.name for path in tmp_path.iterdir()] == ['bag']
+    assert output in capsys.readouterr().err and [path.name for path in tmp_path.iterdir()] == ['bag']
 
 
 def test_clocks_that_disagree_are_named(h5py, tmp_path, capsys):
     assert run(write(tmp_path / 'bag', late_s=3600.0), '--to', 'hdf5', tmp_path / 'out.h5') == 1
-    told = capsys.readouterr().err
-    assert 'the clock of /joint_states is 3600.0 s ahead' in told and not (tmp_path / 'out.h5').exists()
+    output = capsys.readouterr().err
+    assert 'the clock of /joint_states is 3600.0 s ahead' in output and not (tmp_path / 'out.h5').exists()
 
 
 def test_topics_of_unknown_type_are_left_out_and_named_when_wanted(h5py, tmp_path, capsys, monkeypatch):
@@ -267,8 +267,8 @@ def test_a_folder_of_recordings_is_the_same_data_set_by_several_processes_and_co
     (bad / 'c_0.mcap').write_bytes(b'none')
     words, out = ('--to', kind, tmp_path / 'out', '--rate', 10), tmp_path / 'out'
     assert run(bad.parent, *words, '--jobs', 2) == 1 and not out.exists()
-    told = capsys.readouterr()
-    assert told.out.splitlines()[-1] == '3 recordings: 2 done, 1 failed' and 'the same command continues' in told.err
+    output = capsys.readouterr()
+    assert output.out.splitlines()[-1] == '3 recordings: 2 done, 1 failed' and 'the same command continues' in output.err
     assert run(bad.parent, '--to', kind, out, '--rate', 20) == 1 and 'other options' in capsys.readouterr().err
     (bad / 'c_0.mcap').unlink()
     bad.rmdir()

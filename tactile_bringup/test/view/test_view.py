@@ -216,8 +216,8 @@ def test_a_bag_becomes_a_recording_of_rerun(shown, tmp_path, monkeypatch):
             kind, data = encode(stamped(Contacts(contacts=[Contact(depth=0.001)]), second))
             writer.write('/thumb/contacts', kind, second * 10**9, data)
     assert command.main([str(tmp_path / 'bag'), '--save', str(tmp_path / 'x.rrd')]) == 0
-    told = subprocess.run(['rerun', 'rrd', 'stats', tmp_path / 'x.rrd'], capture_output=True, text=True, check=True).stdout
-    assert {'/thumb/contacts:', '/thumb/depth:', '/thumb/contacts/covariance:'} <= set(told.split())
+    report = subprocess.run(['rerun', 'rrd', 'stats', tmp_path / 'x.rrd'], capture_output=True, text=True, check=True).stdout
+    assert {'/thumb/contacts:', '/thumb/depth:', '/thumb/contacts/covariance:'} <= set(report.split())
     assert command.main([str(tmp_path / 'bag'), '--namespace', 'toe', '--save', str(tmp_path / 'y.rrd')]) == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'x.rrd']
 

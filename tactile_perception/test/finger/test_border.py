@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The compiled finger at its border: any array that NumPy can make is processed or refused by name, an exception changes nothing, a copy
-goes on by itself."""
+continues by itself."""
 import copy
 from threading import Thread
 
@@ -43,7 +43,7 @@ def test_any_array_is_processed_or_refused_by_name_however_it_lies_in_memory(kin
 
 
 @pytest.mark.parametrize('period', [1e-9, 1e-7, 1.0, 1e9])
-def test_any_period_is_safe(finger, period):
+def test_any_sample_period_is_processed(finger, period):
     for size in (1, 3, 200):
         finger.estimate(VOLTS[:size], 1.0, period)
 
@@ -51,7 +51,7 @@ def test_any_period_is_safe(finger, period):
 @pytest.mark.parametrize('call', [
     lambda f: f.estimate(VOLTS[:, :3], 1.0, PERIOD), lambda f: f.estimate(VOLTS, 1.0, -1.0), lambda f: f.estimate(VOLTS, np.nan, PERIOD),
     lambda f: f.estimate(VOLTS[:2], 1.0, np.nan), lambda f: f.estimate(VOLTS[:0], 1.0, PERIOD)])
-def test_after_an_exception_it_is_as_it_was(model, call):
+def test_an_exception_leaves_the_finger_unchanged(model, call):
     finger, plain = PsdFinger(model), PsdFinger(model)
     assert results(finger) == results(plain)
     with pytest.raises(BadFrame):
@@ -60,7 +60,7 @@ def test_after_an_exception_it_is_as_it_was(model, call):
 
 
 @pytest.mark.parametrize('copied', [copy.copy, copy.deepcopy])
-def test_a_copy_goes_on_by_itself(finger, copied):
+def test_a_copy_of_the_finger_is_independent(finger, copied):
     results(finger, VOLTS[:500])
     other = copied(finger)
     expected = results(other, VOLTS[500:], 1.5)
@@ -68,7 +68,7 @@ def test_a_copy_goes_on_by_itself(finger, copied):
     assert finger.ready and not other.ready and results(finger, VOLTS[500:], 1.5) == expected
 
 
-def test_threads_may_share_it(finger):
+def test_threads_may_share_a_finger(finger):
     threads = [Thread(target=results, args=(finger,)) for _ in range(4)]
     for one in threads:
         one.start()
@@ -79,7 +79,7 @@ def test_threads_may_share_it(finger):
 
 @pytest.mark.parametrize('name', ['radius', 'saturation', 'reference_seconds', 'fastest_drift', 'threshold'])
 @pytest.mark.parametrize('value', [0.0, -1.0, np.inf])
-def test_settings_that_are_not_positive(name, value):
+def test_settings_that_are_not_positive_are_refused(name, value):
     with pytest.raises(BadArgument, match=name):
         FingerSettings(**{name: value})
 

@@ -84,8 +84,8 @@ def test_drift_flicker_and_ambient_steps_are_no_contacts(model, size):
 
 
 def test_the_offset_is_constant_during_a_contact(model):
-    place = (1.0, 0.4)
-    volts, truth = played.script(PsdScript([Act(0.5, 30.5, place, place, 3e-4)], 31.5))
+    position = (1.0, 0.4)
+    volts, truth = played.script(PsdScript([Act(0.5, 30.5, position, position, 3e-4)], 31.5))
     found = each_sample(model).play(volts)
     state = contact(found, len(volts))
     assert state[truth.touching > 0].mean() > 0.999 and not state[-900:].any()
@@ -113,7 +113,7 @@ def pressed(player, net, count=50):
     return player.finger.offset + ramp * np.asarray(net, float) + rng.normal(0, 0.005, (len(ramp), 4))
 
 
-def test_light_near_zero_and_all_four_equal(model):
+def test_no_light_is_no_contact_and_four_equal_outputs_are_the_pole(model):
     player = ready(model)
     assert not any(touch for _, touch in player.play(np.tile(player.finger.offset, (50, 1))))
     found = touches(player.play(pressed(player, [0.5, 0.5, 0.5, 0.5])), 70)
@@ -121,7 +121,7 @@ def test_light_near_zero_and_all_four_equal(model):
 
 
 @pytest.mark.parametrize('phi', [np.pi - 1e-6, -np.pi + 1e-6, 0.0])
-def test_the_pole_and_azimuth_pi_are_nothing_special(model, phi):
+def test_positions_at_the_pole_and_azimuth_pi_are_accurate(model, phi):
     for theta in (0.0, 1e-7, 0.6):
         found, true = touched(model, *played.script(PsdScript([Act(0.5, 1.0, (phi, theta), (phi, theta), 3e-4)], 1.2)))
         assert np.degrees(error_angle(found[0].normal, true[0])) < 0.6
@@ -129,7 +129,7 @@ def test_the_pole_and_azimuth_pi_are_nothing_special(model, phi):
 
 
 @pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
-def test_samples_that_are_no_numbers_are_passed_over(model, bad):
+def test_samples_with_nan_or_infinity_are_skipped(model, bad):
     volts = played.scene('grid')[0][:1000]
     spoiled, player = np.repeat(volts, 2, axis=0), each_sample(model)
     spoiled[1::2, 2] = bad
@@ -139,7 +139,7 @@ def test_samples_that_are_no_numbers_are_passed_over(model, bad):
     assert not player.play(np.full((7, 4), bad))
 
 
-def test_a_dead_output_is_estimated_and_no_place_is_made_up(model):
+def test_a_dead_output_is_recognised_and_no_position_is_invented(model):
     player, volts = Player(PsdFinger(model)), played.scene('grid')[0][:800]
     volts[:, 1] = 0.0
     touch = next(touch for _, touch in player.play(volts) if touch)
@@ -147,7 +147,7 @@ def test_a_dead_output_is_estimated_and_no_place_is_made_up(model):
     assert np.isnan(touch.position).all() and np.isnan(touch.position_covariance).all() and touch.flags & AMBIGUOUS
 
 
-def test_saturated_outputs_are_flagged_and_no_place_is_made_up(model):
+def test_saturated_outputs_are_flagged_and_no_position_is_invented(model):
     player = ready(model, saturation=1.0)
     found = touches(player.play(pressed(player, [0.6, 1.2, 0.6, 0.5])), 70)
     for touch in found[30:60]:
@@ -162,8 +162,8 @@ def test_saturated_outputs_are_flagged_and_no_place_is_made_up(model):
 
 @pytest.mark.parametrize('missing', [0.004, 0.02, 0.3])
 def test_nothing_survives_a_gap_but_a_contact_that_a_short_one_interrupts(model, missing):
-    place = (2.0, 0.5)
-    volts, truth = played.script(PsdScript([Act(0.5, 1.5, place, place, 3e-4)], 2.5), seed=3)
+    position = (2.0, 0.5)
+    volts, truth = played.script(PsdScript([Act(0.5, 1.5, position, position, 3e-4)], 2.5), seed=3)
     for begin in (500, 508, 800, 1490, 1499):
         player, end = each_sample(model), begin + round(missing / PERIOD)
         before = player.play(volts[:begin])
@@ -177,7 +177,7 @@ def test_nothing_survives_a_gap_but_a_contact_that_a_short_one_interrupts(model,
             assert (after[10].id == before[-1][1].id) == (missing < 0.1)
 
 
-def test_negative_net_voltages_make_no_place_beyond_the_detector(model):
+def test_negative_net_voltages_give_no_position_beyond_the_detector(model):
     player = ready(model)
     found = touches(player.play(pressed(player, [-0.08, 0.9, -0.09, 0.1])), 70)
     assert all(touch.flags & OUT_OF_RANGE and np.isfinite(touch.position).all() for touch in found[40:60])
@@ -208,13 +208,13 @@ def squared_errors(found, truth):
     return np.array(squares)
 
 
-def test_in_a_bright_room_the_covariance_holds_what_is_not_known_of_the_room(model):
+def test_in_a_bright_room_the_covariance_contains_the_uncertainty_of_the_rooms_light(model):
     volts, truth = played.scene('bright')
     squares = squared_errors(reported(model, volts), truth)
     assert len(squares) > 1000 and 0.5 < squares.mean() < 2
 
 
-def test_the_covariance_of_a_touch_that_is_hardly_seen_is_true(model):
+def test_the_covariance_of_a_faint_contact_fits_its_errors(model):
     acts = [Act(0.5 + 0.5 * k, 0.8 + 0.5 * k, (0.9 * k, 1.05), (0.9 * k, 1.05), 1.25e-4) for k in range(8)]
     volts, truth = played.script(PsdScript(acts, 4.8))
     found = [(k, touch) for k, touch in reported(model, volts) if np.isfinite(touch.position).all()]
@@ -225,8 +225,8 @@ def test_the_covariance_of_a_touch_that_is_hardly_seen_is_true(model):
 
 def test_with_modulated_light_lamps_and_flicker_are_no_contacts_and_touches_are_found(model):
     lamps = Ambient(1.2, 0.2, 3.0, 0.08, ((0.8, 0.7), (1.5, -0.9), (2.2, 2.0)))
-    place, rate = (2.0, 0.9), 10_000.0
-    scene = PsdScene(PsdScript([Act(1.8, 2.6, place, place, 2.4e-4)], 3.0, lamps), rate)
+    position, rate = (2.0, 0.9), 10_000.0
+    scene = PsdScene(PsdScript([Act(1.8, 2.6, position, position, 2.4e-4)], 3.0, lamps), rate)
     lit = np.arange(scene.samples) % 2 == 0
     counts, truth = scene.play(0, scene.samples, lit)
     rows = np.column_stack([counts * played.VOLT, lit]).astype(np.float32)
@@ -271,7 +271,7 @@ def test_one_result_a_block_and_one_on_either_side_of_an_edge_each_at_the_mean_o
     for block in np.unique(blocks):
         inside = middles[blocks == block] % 50
         edges = [0.0]
-        for k in inside:  # runs of samples that follow each other: a run's middle and its begin tell its end
+        for k in inside:  # runs of consecutive samples: the middle and the start of a run give its end
             edges.append(2 * k - edges[-1] + 1)
         assert edges[-1] == 50
     assert {len(felt) for _, felt in found} == {0, 1}
@@ -279,8 +279,8 @@ def test_one_result_a_block_and_one_on_either_side_of_an_edge_each_at_the_mean_o
 
 
 def test_a_moving_contact_is_stamped_with_the_time_at_which_it_is_there():
-    way = Act(0.4, 0.6, (0.3, -0.9), (0.3, 0.9), 3.2e-4, 0.02)  # 520 degrees a second: 2.6 in a block
-    scene = PsdScene(PsdScript([way], 0.7), 5000.0)
+    slide = Act(0.4, 0.6, (0.3, -0.9), (0.3, 0.9), 3.2e-4, 0.02)  # 520 degrees a second: 2.6 in a block
+    scene = PsdScene(PsdScript([slide], 0.7), 5000.0)
     volts = scene.play(0, scene.samples)[0] * (5 / 4096)
     found = {}
     for kind in ('batch', 'sample'):
@@ -298,8 +298,8 @@ def test_a_moving_contact_is_stamped_with_the_time_at_which_it_is_there():
 def circling(model, values=VALUES, seed=0):
     """Of a contact that circles twice at 45 degrees, 900 degrees a second: errors (N,), degrees, of the normal; their squares over the
     covariance; and the part of the covariance that does not lie along the surface."""
-    way = Act(0.4, 1.4, (0.0, np.radians(45)), (4 * np.pi, np.radians(45)), 3.2e-4, 0.02)
-    scene, finger = PsdScene(PsdScript([way], 1.5), 5000.0, seed), make_finger(model, values)
+    slide = Act(0.4, 1.4, (0.0, np.radians(45)), (4 * np.pi, np.radians(45)), 3.2e-4, 0.02)
+    scene, finger = PsdScene(PsdScript([slide], 1.5), 5000.0, seed), make_finger(model, values)
     counts, truth = scene.play(0, scene.samples)
     found = []
     for first in range(0, len(counts), 25):
@@ -312,7 +312,7 @@ def circling(model, values=VALUES, seed=0):
     return np.array(found).T
 
 
-def test_the_creep_of_the_cover_is_taken_off_a_contact_that_slides(model):
+def test_the_creep_of_the_cover_is_subtracted_from_a_sliding_contact(model):
     with_creep, without = circling(model), circling(replace(model, creep=None))
     assert without[0].mean() > 0.5 and with_creep[0].mean() < 0.3
     assert 0.2 < with_creep[1].mean() < 2, 'normalised squared error'
@@ -330,14 +330,14 @@ def lamps(seed):
     """A scene in which a lamp is switched while each of ten objects rests."""
     rng, acts, steps = np.random.default_rng(seed), [], []
     for k in range(10):
-        place, size = (rng.uniform(0, 2 * np.pi), np.radians(rng.uniform(5, 60))), rng.uniform(0.2, 0.9)
-        acts.append(Act(1 + 1.3 * k, 1.9 + 1.3 * k, place, place, rng.uniform(2.3e-4, 3.4e-4), 0.02))
+        position, size = (rng.uniform(0, 2 * np.pi), np.radians(rng.uniform(5, 60))), rng.uniform(0.2, 0.9)
+        acts.append(Act(1 + 1.3 * k, 1.9 + 1.3 * k, position, position, rng.uniform(2.3e-4, 3.4e-4), 0.02))
         steps.append((acts[-1].start + rng.uniform(0.3, 0.5), -steps[-1][1] if k % 2 else size))
     return PsdScene(PsdScript(acts, 14.0, Ambient(0.4, steps=tuple(steps), rise=0.02, shade=0.04)), 1000.0, 0)
 
 
 @pytest.mark.parametrize('seed', [0, 1, 2])
-def test_places_under_a_lamp_that_is_switched_are_right_or_uncertain_and_contacts_end(model, seed):
+def test_positions_under_a_switched_lamp_are_right_or_uncertain_and_contacts_end(model, seed):
     scene = lamps(seed)
     counts, truth = scene.play(0, scene.samples)
     ended = np.flatnonzero(np.diff((truth.touching > 0).astype(int)) < 0)
@@ -360,6 +360,6 @@ def test_every_method_is_made_of_the_parameters(taps, name):
     assert np.linalg.norm(touch.position) == pytest.approx(0.02)
 
 
-def test_an_unknown_method():
+def test_an_unknown_method_is_refused():
     with pytest.raises(BadArgument, match='map, paper'):
         make_finger(FingerModel(), VALUES | {'method': 'magic'})

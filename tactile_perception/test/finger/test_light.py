@@ -48,26 +48,26 @@ def noisy(outputs, seed=0):
 
 
 def detected(made, volts, size=5):
-    """(contact (N,), places (N, 2), half widths, NaN without) of voltages in batches."""
+    """Return contact (N,) and positions (N, 2), in half widths, NaN without contact, of voltages in batches."""
     found = touches(made.play(volts, size), len(volts))
     normals = np.array([np.full(3, np.nan) if touch is None else touch.normal for touch in found])
     return np.array([touch is not None for touch in found]), log_map(normals) / NOMINAL_BETA
 
 
 def pressed(outputs, size=5, made=None, room=ROOM):
-    """(places (N, 2) of a contact with outputs (N, 4), what the offset has become brighter by (4,)) after a rest in the room."""
+    """Return positions (N, 2) of a contact with outputs (N, 4), and the change of the offset (4,), after a start in the room's light."""
     made = made or finger()
     detected(made, noisy(np.tile(room, (REST, 1)), 1), size)
     before = made.finger.offset
-    contact, places = detected(made, noisy(room + approach(outputs)), size)
+    contact, positions = detected(made, noisy(room + approach(outputs)), size)
     assert contact[20:60].all()
-    return places[15:], made.finger.offset - before
+    return positions[15:], made.finger.offset - before
 
 
-def far(places, place):
-    """Largest distance, half widths, of the mean of 20 places from a place."""
-    mean = places[:len(places) // 20 * 20].reshape(-1, 20, 2).mean(1)
-    return np.linalg.norm(mean - place, axis=1).max()
+def max_error(positions, position):
+    """Return the maximum distance, in half widths, of means of 20 positions from a position."""
+    mean = positions[:len(positions) // 20 * 20].reshape(-1, 20, 2).mean(1)
+    return np.linalg.norm(mean - position, axis=1).max()
 
 
 def test_offset_and_noise_are_measured_in_several_calls_and_a_contact_does_less_harm():
@@ -94,7 +94,7 @@ def test_drift_and_noise_are_tracked_and_a_calm_room_is_averaged_over_seconds():
     assert made.finger.sigma == pytest.approx(3 * NOISE, rel=0.15)
 
 
-def test_a_drift_goes_on_under_a_contact():
+def test_drift_is_extrapolated_during_a_contact():
     made, drift = finger(), 0.08 * PERIOD * np.arange(5000)
     touch = np.zeros(5000)
     touch[4000:4015], touch[4015:4400] = np.linspace(0, 1, 15) ** 2, 1.0
@@ -121,13 +121,13 @@ def test_a_single_spike_is_no_contact():
 @pytest.mark.parametrize('size', [1, 5, 25])
 @pytest.mark.parametrize('light', [0.6, -0.6])
 @pytest.mark.parametrize('rise', [1, 20, 100])
-def test_a_lamp_moves_no_object_that_rests_and_its_light_becomes_the_offsets(size, light, rise):
-    places, shift = pressed(spot(-0.35, 0.2, 2.5) + lamp(1000, 300, rise, light), size)
+def test_a_lamp_does_not_shift_a_resting_object_and_its_light_joins_the_offset(size, light, rise):
+    positions, shift = pressed(spot(-0.35, 0.2, 2.5) + lamp(1000, 300, rise, light), size)
     assert shift.sum() == pytest.approx(light, abs=0.04)
-    assert far(places[20:], (-0.35, 0.2)) < 0.02
+    assert max_error(positions[20:], (-0.35, 0.2)) < 0.02
 
 
-def test_an_object_that_is_pressed_harder_is_no_lamp():
+def test_an_object_that_is_pressed_harder_is_not_taken_for_a_lamp():
     light = 1.5 + np.clip((np.arange(1000) - 300) / 30, 0, 1)
     _, shift = pressed(light[:, None] * spot(-0.35, 0.2))
     assert np.abs(shift).max() < 5e-3
@@ -141,14 +141,14 @@ def test_room_light_that_stays_after_the_object_ends_the_contact():
 
 
 @pytest.mark.parametrize('creep', [0.0, 0.03])
-def test_a_lamp_at_the_contacts_own_place_is_reported_from_it_when_the_object_goes(creep):
+def test_a_lamp_at_the_position_of_the_contact_is_recognised_when_the_object_leaves(creep):
     beside = centroid((ROOM @ MIX)[None])[0]
     grows = 1 - creep * np.exp(-np.maximum(np.arange(1000) - 250, 0) / 80)
-    places, shift = pressed(spot(*beside, 2.5) * (grows * (np.arange(1000) < 700))[:, None] + lamp(1000, 300, 10, 0.6))
-    assert shift == pytest.approx(0.6 * ROOM / ROOM.sum(), abs=0.02) and np.isnan(places[-100:]).all()
+    positions, shift = pressed(spot(*beside, 2.5) * (grows * (np.arange(1000) < 700))[:, None] + lamp(1000, 300, 10, 0.6))
+    assert shift == pytest.approx(0.6 * ROOM / ROOM.sum(), abs=0.02) and np.isnan(positions[-100:]).all()
 
 
-def test_a_contact_that_grows_weak_at_its_own_place_stays_one():
+def test_a_contact_that_grows_weak_at_its_position_persists():
     light = np.interp(np.arange(1000), [300, 310, 700, 710], [2.0, 2.6, 2.6, 1.0])
     _, shift = pressed(light[:, None] * spot(0.05, 0.05))
     assert np.abs(shift).max() < 5e-3
@@ -158,21 +158,21 @@ def test_a_contact_that_grows_weak_at_its_own_place_stays_one():
 def test_the_shaded_part_of_the_rooms_light_is_measured(part):
     made = finger(room=np.zeros(4))
     for x, y in ((0.4, 0.4), (-0.4, 0.4), (0.4, -0.4), (-0.4, -0.4)) * 3:
-        places, _ = pressed(np.tile(spot(x, y, 0.8) - part * ROOM, (300, 1)), made=made)
-    assert far(places[-100:], (-0.4, -0.4)) < 0.02
+        positions, _ = pressed(np.tile(spot(x, y, 0.8) - part * ROOM, (300, 1)), made=made)
+    assert max_error(positions[-100:], (-0.4, -0.4)) < 0.02
 
 
 def test_a_twentieth_of_what_the_room_has_beyond_that_of_the_calibration_is_expected_to_be_shaded():
-    places, _ = pressed(np.tile(spot(0.3, 0.3, 0.8), (100, 1)), made=finger(0.4 * ROOM, cross=False))
+    positions, _ = pressed(np.tile(spot(0.3, 0.3, 0.8), (100, 1)), made=finger(0.4 * ROOM, cross=False))
     expected = centroid((spot(0.3, 0.3, 0.8) + 0.05 * 0.6 * ROOM)[None] @ MIX)[0]
-    assert places[-50:].mean(0) == pytest.approx(expected, abs=0.006) and 0.3 - expected[0] > 0.012
+    assert positions[-50:].mean(0) == pytest.approx(expected, abs=0.006) and 0.3 - expected[0] > 0.012
 
 
 def test_light_that_may_be_a_lamps_widens_the_covariance():
-    """A lamp at the place of the contact, until the object goes."""
+    """A lamp at the position of the contact, until the object goes."""
     made, beside = Player(PsdFinger(calibrated(), FingerSettings(saturation=20.0))), centroid((ROOM @ MIX)[None])[0]
-    place = beside + [0.03, 0.0]
+    position = beside + [0.03, 0.0]
     made.play(noisy(np.tile(ROOM, (REST, 1)), 1), 5)
-    found = made.play(noisy(ROOM + approach(spot(*place, 2.0) + lamp(600, 300, 10, 0.6))), 5)
+    found = made.play(noisy(ROOM + approach(spot(*position, 2.0) + lamp(600, 300, 10, 0.6))), 5)
     spreads = [np.trace(touch.position_covariance) for _, touch in found if touch][1:]
     assert np.median(spreads[-30:]) > 2 * np.median(spreads[20:50])

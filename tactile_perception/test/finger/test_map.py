@@ -33,7 +33,7 @@ from tactile_perception.published.psd_finger import paper_finger
 RNG = np.random.default_rng(0)
 
 
-def test_equation_1():
+def test_equation_1_gives_the_centroid():
     x1, y1, x2, y2 = net = np.array([0.4, 0.7, 1.1, 0.3])
     total = net.sum()
     expected = np.array([-x1 + y1 + x2 - y2, -x1 - y1 + x2 + y2]) / total
@@ -59,20 +59,20 @@ def test_the_covariance_is_that_of_many_noisy_samples_and_grows_as_light_falls()
 MAP_RNG, SHIFT_RNG = np.random.default_rng(4), np.random.default_rng(3)
 
 
-def truth(place):
-    x, y = place.T
+def truth(position):
+    x, y = position.T
     return np.stack([1.6 * x + 0.3 * x * (x * x + y * y) + 0.02 * np.sin(5 * y), 1.6 * y + 0.02 * np.cos(4 * x)], axis=1)
 
 
 def scattered(count, reach=0.7):
-    place = MAP_RNG.uniform(-reach, reach, (4 * count, 2))
-    return place[np.linalg.norm(place, axis=1) < reach][:count]
+    position = MAP_RNG.uniform(-reach, reach, (4 * count, 2))
+    return position[np.linalg.norm(position, axis=1) < reach][:count]
 
 
 @pytest.mark.parametrize(('count', 'largest'), [(30, 0.02), (100, 0.008)])
 def test_more_contacts_make_less_error(count, largest):
-    place, noise = scattered(count), np.full(count, 0.002)
-    smooth, left_out = fit_smooth_map(place, truth(place) + MAP_RNG.normal(0, 0.002, (count, 2)), noise)
+    position, noise = scattered(count), np.full(count, 0.002)
+    smooth, left_out = fit_smooth_map(position, truth(position) + MAP_RNG.normal(0, 0.002, (count, 2)), noise)
     inside = scattered(500, 0.6)
     error = np.linalg.norm(smooth.values(inside) - truth(inside), axis=1)
     assert np.sqrt(np.mean(error**2)) < largest
@@ -81,8 +81,8 @@ def test_more_contacts_make_less_error(count, largest):
 
 
 def test_no_oscillation_between_and_beyond_contacts():
-    place = scattered(40, 0.4)
-    smooth, _ = fit_smooth_map(place, truth(place) + MAP_RNG.normal(0, 0.003, (40, 2)), np.full(40, 0.003), 3)
+    position = scattered(40, 0.4)
+    smooth, _ = fit_smooth_map(position, truth(position) + MAP_RNG.normal(0, 0.003, (40, 2)), np.full(40, 0.003), 3)
     line = np.stack([np.linspace(-1, 1, 400), np.zeros(400)], axis=1)
     assert (np.diff(smooth.values(line)[:, 0]) > 0).all()
     assert np.abs(smooth.values(line) - trend(line, 3) @ smooth.slopes).max() < 0.15
@@ -91,29 +91,29 @@ def test_no_oscillation_between_and_beyond_contacts():
 
 def presses(count=100, pull=0.1):
     """Places, tangent vectors and light of presses whose light pulls them to the pole by a part."""
-    place = SHIFT_RNG.uniform(-0.6, 0.6, (count, 2))
+    position = SHIFT_RNG.uniform(-0.6, 0.6, (count, 2))
     strength = SHIFT_RNG.uniform(0.6, 1.4, count)
-    light = 3 * strength * np.exp(-2 * (place**2).sum(1))
-    values = 1.6 * place * (1 - pull * (strength - 1))[:, None] + SHIFT_RNG.normal(0, 0.002, (count, 2))
-    return place, values, light, strength
+    light = 3 * strength * np.exp(-2 * (position**2).sum(1))
+    values = 1.6 * position * (1 - pull * (strength - 1))[:, None] + SHIFT_RNG.normal(0, 0.002, (count, 2))
+    return position, values, light, strength
 
 
-def test_the_pull_of_the_light_is_found():
-    place, values, light, strength = presses()
-    smooth, _ = fit_smooth_map(place, values, np.full(100, 0.002))
-    found = fit_light_shift(place, values, light, smooth)
-    true = -1.6 * 0.1 * place
-    assert np.std(found.bend(place) - true) < 0.15 * np.std(true)
-    assert np.std(np.log(found.light(place) * strength / light)) < 0.1
+def test_the_shift_of_positions_with_light_is_fitted():
+    position, values, light, strength = presses()
+    smooth, _ = fit_smooth_map(position, values, np.full(100, 0.002))
+    found = fit_light_shift(position, values, light, smooth)
+    true = -1.6 * 0.1 * position
+    assert np.std(found.bend(position) - true) < 0.15 * np.std(true)
+    assert np.std(np.log(found.light(position) * strength / light)) < 0.1
 
 
-def test_light_that_pulls_nothing_moves_nothing():
-    place, values, light, _ = presses(pull=0.0)
-    smooth, _ = fit_smooth_map(place, values, np.full(100, 0.002))
-    assert np.std(fit_light_shift(place, values, light, smooth).bend(place)) < 5e-3
+def test_light_without_effect_gives_no_shift():
+    position, values, light, _ = presses(pull=0.0)
+    smooth, _ = fit_smooth_map(position, values, np.full(100, 0.002))
+    assert np.std(fit_light_shift(position, values, light, smooth).bend(position)) < 5e-3
 
 
-def test_far_from_calibrated_light_it_is_bounded():
+def test_the_shift_is_bounded_beyond_the_calibrated_light():
     shift = LightShift(np.array([1.0, 50, 0, 0, 0]), np.ones((4, 2)))
     corner = np.array([[1.0, 1.0], [0, 0]])
     assert np.isfinite(shift.light(corner)).all()
@@ -145,7 +145,7 @@ def written(path, **numbers):
     return model
 
 
-def test_a_full_model_there_and_back(tmp_path):
+def test_a_full_model_is_read_as_written(tmp_path):
     smooth, _ = fit_smooth_map(PLACE, 1.6 * PLACE, np.full(30, 1e-3))
     shift = LightShift(np.arange(5.0), 0.01 * np.arange(8.0).reshape(4, 2))
     model = written(tmp_path / 'a.yaml', smooth=smooth, shift=shift, level=np.array([0.3, -0.1, 0.0]), level_limits=(0.1, 0.3, 0.7),
@@ -159,7 +159,7 @@ def test_a_full_model_there_and_back(tmp_path):
     assert yaml.safe_load((tmp_path / 'a.yaml').read_text())['left_out'] == ['few', 'one']
 
 
-def test_the_papers_alone(tmp_path):
+def test_the_papers_map_alone_is_read_as_written(tmp_path):
     written(tmp_path / 'a.yaml')
     found = read_psd(tmp_path / 'a.yaml')
     assert found.smooth is None and found.level is None and found.room is None and found.creep is None and found.paper.beta == 1.6
@@ -182,7 +182,7 @@ def test_what_is_missing_or_wrong_is_reported(tmp_path, spoil):
 TRUE = EquidistantMap(np.array([0.04, -0.02]), 1.7)
 
 
-def places(phi, theta):
+def positions(phi, theta):
     """Where the paper's own sensor has its light."""
     phi, theta = np.asarray(phi, float), np.asarray(theta, float)
     return TRUE.offset + theta[:, None] / TRUE.beta * np.stack([np.cos(phi), np.sin(phi)], axis=1)
@@ -190,38 +190,38 @@ def places(phi, theta):
 
 def test_the_pole_and_one_more_contact_give_offset_and_factor():
     phi, theta = [0.0, 2.0], [0.0, 0.5]
-    found, notes = fit_equidistant_map(places(phi, theta), direction(np.array(phi), np.array(theta)))
+    found, notes = fit_equidistant_map(positions(phi, theta), direction(np.array(phi), np.array(theta)))
     assert found.offset == pytest.approx(TRUE.offset) and found.beta == pytest.approx(TRUE.beta) and notes == []
     everywhere = np.array([3.1, -3.1, 0.1]), np.array([1.0, 0.2, 1.5])
-    assert error_angle(found.normals(places(*everywhere)), direction(*everywhere)).max() < 1e-6
+    assert error_angle(found.normals(positions(*everywhere)), direction(*everywhere)).max() < 1e-6
 
 
 def test_assumptions_are_noted():
-    found, notes = fit_equidistant_map(places([0.0], [0.0]), direction(np.zeros(1), np.zeros(1)))
+    found, notes = fit_equidistant_map(positions([0.0], [0.0]), direction(np.zeros(1), np.zeros(1)))
     assert found.beta == NOMINAL_BETA and 'nominal' in notes[0]
-    found, notes = fit_equidistant_map(places([1.0], [0.5]), direction(np.ones(1), np.full(1, 0.5)))
+    found, notes = fit_equidistant_map(positions([1.0], [0.5]), direction(np.ones(1), np.full(1, 0.5)))
     assert found.offset.tolist() == [0, 0] and 'assumed' in notes[0]
     phi, theta = np.array([0.1, 2.2, 4.1]), np.array([0.5, 0.6, 0.4])
-    found, notes = fit_equidistant_map(places(phi, theta), direction(phi, theta))
+    found, notes = fit_equidistant_map(positions(phi, theta), direction(phi, theta))
     assert found.offset == pytest.approx(TRUE.offset, abs=1e-6) and 'extrapolated' in notes[0]
 
 
-def test_without_a_contact():
+def test_calibration_without_contacts_is_refused():
     with pytest.raises(BadCalibration, match='no contact'):
         fit_equidistant_map(np.zeros((0, 2)), np.zeros((0, 3)))
 
 
-def test_its_offset_is_constant_so_drift_becomes_contact(model):
+def test_the_papers_offset_is_constant_so_drift_becomes_contact(model):
     volts = played.scene('light')[0]
     found = played.Player(paper_finger(model, 0.2, each_sample=True)).play(volts)
     assert played.contact(found, len(volts)).mean() > 0.2
 
 
-def fitted(chosen, seed=0):
-    return fit_finger(find_presses([played.recording('calibration', seed, chosen)], 4.9))
+def fitted(selected, seed=0):
+    return fit_finger(find_presses([played.recording('calibration', seed, selected)], 4.9))
 
 
-def test_a_full_calibration(fit):
+def test_a_full_calibration_fits_all_parts_of_the_model(fit):
     assert fit.notes == [] and fit.positions == 107
     assert np.degrees(fit.errors.mean()) < 0.6 < np.degrees(fit.paper_errors.mean())
     assert fit.span['theta'] == pytest.approx([0, np.radians(70)], abs=1e-6)
@@ -231,22 +231,22 @@ def test_a_full_calibration(fit):
     assert 0.2 < model.levels(np.zeros((1, 2)))[0] < 1.0
 
 
-@pytest.mark.parametrize(('chosen', 'smooth', 'note'), [
+@pytest.mark.parametrize(('selected', 'smooth', 'note'), [
     (slice(0, 3), None, 'too few'), (slice(0, 9), None, 'too few'), (slice(0, 14), 3, 'affine'), (slice(0, None, 4), 5, None)])
-def test_with_fewer_positions_it_falls_back_with_a_note(chosen, smooth, note):
-    fit = fitted(chosen)
+def test_with_fewer_positions_it_falls_back_with_a_note(selected, smooth, note):
+    fit = fitted(selected)
     terms = None if fit.model.smooth is None else len(fit.model.smooth.slopes)
     assert terms in (smooth, None)
     assert note is None or any(note in line or 'no better' in line for line in fit.notes)
 
 
-def test_the_light_of_a_contact_moves_its_place(model):
+def test_the_light_of_a_contact_shifts_its_position(model):
     """A strong press looks nearer to the pole than it is; at the typical light nothing moves."""
-    place = np.array([[0.4, 0.0], [0.0, -0.4]])
-    light = model.shift.light(place)
-    dim, typical, bright = (np.arccos(model.normals(place, part * light)[:, 2]) for part in (0.5, 1.0, 1.5))
+    position = np.array([[0.4, 0.0], [0.0, -0.4]])
+    light = model.shift.light(position)
+    dim, typical, bright = (np.arccos(model.normals(position, part * light)[:, 2]) for part in (0.5, 1.0, 1.5))
     assert (np.degrees(bright - dim) > 0.3).all()
-    assert typical == pytest.approx(np.arccos(model.normals(place)[:, 2]))
+    assert typical == pytest.approx(np.arccos(model.normals(position)[:, 2]))
 
 
 def test_presses_are_cut_into_stretches_with_their_loads():
@@ -295,10 +295,10 @@ def test_force_from_light_and_position():
     assert np.median(np.abs(found / FORCE - 1)) < 0.03 and error < 0.03
 
 
-@pytest.mark.parametrize('chosen', [slice(0, 5), FORCE < 0.6])
-def test_too_few_or_equal_loads_are_refused(chosen):
+@pytest.mark.parametrize('selected', [slice(0, 5), FORCE < 0.6])
+def test_too_few_or_equal_loads_are_refused(selected):
     with pytest.raises(BadCalibration, match='12 are needed'):
-        fit_load(HELD_AT[chosen], LIGHT[chosen], FORCE[chosen])
+        fit_load(HELD_AT[selected], LIGHT[selected], FORCE[selected])
 
 
 def test_light_at_first_contact_by_position():
@@ -334,7 +334,7 @@ def lights(creep, count=40, noise=0.01, wobble=0.0, seconds=0.25, period=1e-3, s
 
 
 @pytest.mark.parametrize('creep', [COVER, Creep(0.03, 0.06), Creep(0.04, 0.012)])
-def test_presses_that_rest_tell_the_creep(creep):
+def test_creep_is_fitted_to_presses_at_rest(creep):
     found = fit_creep(lights(creep))
     assert found.share == pytest.approx(0.8 * creep.share, rel=0.15) and found.seconds == pytest.approx(creep.seconds, rel=0.2)
 
@@ -343,5 +343,5 @@ def test_presses_that_rest_tell_the_creep(creep):
     lights(Creep(0.0, 0.03)), lights(COVER, count=5), lights(COVER, seconds=0.06), lights(COVER, wobble=0.1), [],
     [(1e-3, np.full(300, np.nan))] * 9, [(1e-3, np.zeros(300))] * 9, [(1e-3, -np.ones(300))] * 9],
     ids=['none', 'few', 'short', 'by hand', 'nothing', 'unknown', 'dark', 'negative'])
-def test_what_does_not_show_it_tells_none(shown):
+def test_presses_that_show_no_creep_give_none(shown):
     assert fit_creep(shown) is None

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The finger's stage on messages: what it refuses, when it begins again, and what it reports."""
+"""The finger's stage on messages: what it refuses, when it is reset, and what it reports."""
 import numpy as np
 import pytest
 
@@ -46,7 +46,7 @@ def test_a_single_sample_of_unknown_rate_waits_for_the_next(stage):
     assert len(found['contacts']) == 1
 
 
-def test_a_recording_that_begins_again_resets_it(stage, blocks):
+def test_a_recording_that_restarts_resets_the_stage(stage, blocks):
     for block in blocks:
         stage.process(block)
     assert stage.health()[1]['reference'] == 'in order'
@@ -68,5 +68,5 @@ def test_a_stuck_output_is_reported_and_a_new_reference_taken(stage, blocks):
 
 @pytest.mark.parametrize(('samples', 'period', 'covered'), [(5, 0.001, 5_000_000), (5, 0.0, 0), (5, float('nan'), 0), (5, float('inf'), 0),
                                                             (0, 0.001, 0), (5, -1.0, 0)])
-def test_duration_of_a_block(stage, samples, period, covered):
+def test_a_block_covers_the_time_of_its_samples(stage, samples, period, covered):
     assert stage.covered_ns(PsdVoltages(sample_period=period, voltages=[1.0] * 4 * samples)) == covered

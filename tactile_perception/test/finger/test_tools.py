@@ -103,7 +103,7 @@ def test_what_cannot_determine_a_model_is_refused(tmp_path, capsys, begin, end, 
 
 @pytest.fixture
 def folder(tmp_path):
-    """Thirty samples; the stage says another place than the truth."""
+    """Thirty samples; the stage reports another position than the true one."""
     phase = np.repeat([0, 1, 2], 10)
     touching = phase == 2
     normal = np.where(touching[:, None], [0.6, 0, 0.8], np.nan)
@@ -127,7 +127,7 @@ def test_a_folder_becomes_a_bag(folder, tmp_path):
     assert (found.force[25], found.depth[25]) == pytest.approx((2.0, 2e-4))
 
 
-def test_a_broken_folder(folder):
+def test_a_broken_folder_is_refused(folder):
     (folder / 'truth.npz').write_bytes(b'nothing')
     with pytest.raises(BadRecording, match='rec'):
         PsdRecording(folder)

@@ -41,13 +41,13 @@ def errors(gel, rng, noise=0.05, **changes):
 
 #: Gels, balls and motions at random; none was used while the estimator was made.
 @pytest.mark.parametrize('seed', [101, 102, 103, 104])
-def test_middle_shear_and_normal_force_of_a_ball(seed):
+def test_position_shear_and_normal_force_of_a_ball_are_accurate(seed):
     rng = np.random.default_rng(seed)
-    angle, way = rng.uniform(0, 2 * np.pi), rng.uniform(0.2e-3, 0.7e-3)
+    angle, length = rng.uniform(0, 2 * np.pi), rng.uniform(0.2e-3, 0.7e-3)
     thickness = rng.uniform(3e-3, 6e-3)
     gel = pressed_gel(rng, thickness=thickness, poisson=rng.uniform(0.46, 0.49), radius=rng.uniform(4e-3, 9e-3),
                       friction=rng.uniform(0.2, 0.9), depth=rng.uniform(0.1, 0.2) * thickness, middle=rng.uniform(-2.5e-3, 2.5e-3, 2),
-                      way=(way * np.cos(angle), way * np.sin(angle)), grid=bool(seed % 2))
+                      displacement=(length * np.cos(angle), length * np.sin(angle)), grid=bool(seed % 2))
     middle, off, sigma, true = errors(gel, rng)
     press, shear = -true[:, 2], np.hypot(*true[:, :2].T)
     assert (middle < 0.3e-3).all()
@@ -60,12 +60,12 @@ def test_middle_shear_and_normal_force_of_a_ball(seed):
     ({'pitch': 0.75e-3}, 0.05, 0.2e-3, 0.1), ({'pitch': 3e-3}, 0.05, 0.4e-3, 0.15), ({}, 0.15, 0.3e-3, 0.15)])
 def test_other_pitches_and_more_noise_degrade_it_mildly(changes, noise, middle, force):
     rng = np.random.default_rng(7)
-    gel = pressed_gel(rng, middle=(1e-3, 0.7e-3), way=(3e-4, 0.0), **changes)
+    gel = pressed_gel(rng, middle=(1e-3, 0.7e-3), displacement=(3e-4, 0.0), **changes)
     off_middle, off, _, true = errors(gel, rng, noise)
     assert (off_middle < middle).all() and (np.linalg.norm(off, axis=1) < force * np.linalg.norm(true, axis=1)).all()
 
 
-def test_the_region_is_the_contact():
+def test_the_region_covers_the_contact():
     rng = np.random.default_rng(8)
     gel = pressed_gel(rng, middle=(-1e-3, 0.5e-3), depth=1e-3)
     result = estimator_of(gel, rng).process(gel.tracks(gel.states[0], rng), 1.0)
@@ -90,9 +90,9 @@ def test_without_a_modulus_no_force_is_reported_but_the_rest():
 
 
 @pytest.mark.parametrize('friction', [0.25, 0.8])
-def test_the_part_of_a_balls_contact_that_slips(friction):
+def test_the_slipping_fraction_of_a_ball_is_accurate(friction):
     rng = np.random.default_rng(12)
-    gel = pressed_gel(rng, friction=friction, way=(6e-4, -2e-4))
+    gel = pressed_gel(rng, friction=friction, displacement=(6e-4, -2e-4))
     estimator, states = estimator_of(gel, rng), gel.states
     slips = [estimator.process(gel.tracks(state, rng), 1.0 + k).slip for k, state in enumerate(states)]
     assert [slip.slipping_fraction for slip in slips] == pytest.approx([state.slides.mean() for state in states], abs=0.12)
@@ -104,9 +104,9 @@ def test_the_part_of_a_balls_contact_that_slips(friction):
 
 
 @pytest.mark.full
-def test_a_contact_keeps_its_number_and_tells_the_edge():
+def test_a_contact_keeps_its_id_and_reports_the_edge():
     rng = np.random.default_rng(10)
-    gel = pressed_gel(rng, middle=(5e-3, 0.0), way=(4e-3, 0.0))
+    gel = pressed_gel(rng, middle=(5e-3, 0.0), displacement=(4e-3, 0.0))
     estimator = estimator_of(gel, rng)
     results = [estimator.process(gel.tracks(state, rng), 1.0 + k) for k, state in enumerate(gel.states)]
     assert [[contact.id for contact in result.contacts] for result in results] == [[1]] * 3
@@ -115,7 +115,7 @@ def test_a_contact_keeps_its_number_and_tells_the_edge():
 
 
 @pytest.mark.parametrize(('share', 'touches'), [(0.07, False), (0.25, True)])
-def test_what_a_gel_keeps_of_a_touch_for_a_while_is_no_contact(share, touches):
+def test_a_fading_imprint_is_a_contact_only_if_it_is_strong_or_persists(share, touches):
     rng = np.random.default_rng(14)
     gel = pressed_gel(rng, depth=1e-3)
     estimator, pressed = estimator_of(gel, rng), gel.tracks(gel.states[0], rng)
@@ -158,7 +158,7 @@ def test_untouched_frames_never_report_a_contact():
 def test_a_still_press_is_one_contact_that_does_not_slip(seed):
     rng = np.random.default_rng(seed)
     aslant = rng.uniform(-2e-4, 2e-4, 2)
-    gel = pressed_gel(rng, pitch=2e-3, radius=2.5e-3, depth=6e-4, middle=rng.uniform(-3e-3, 3e-3, 2), way=aslant)
+    gel = pressed_gel(rng, pitch=2e-3, radius=2.5e-3, depth=6e-4, middle=rng.uniform(-3e-3, 3e-3, 2), displacement=aslant)
     estimator, state = estimator_of(gel, rng), gel.states[-1]
     results = [estimator.process(gel.tracks(state, rng), 1.0 + 0.04 * frame) for frame in range(25)]
     true_area = len(state.positions) * gel.contact.cell**2
@@ -179,7 +179,7 @@ def test_the_stated_error_of_a_dragged_contacts_position_is_the_true_one():
         small, angle = seed % 2 == 0, rng.uniform(0, 2 * np.pi)
         gel = pressed_gel(rng, pitch=2e-3 if small else 1.5e-3, radius=2.5e-3 if small else rng.uniform(4e-3, 9e-3),
                           thickness=rng.uniform(3e-3, 6e-3), depth=6e-4, middle=rng.uniform(-2e-3, 2e-3, 2),
-                          way=0.3e-3 * np.array([np.cos(angle), np.sin(angle)]))
+                          displacement=0.3e-3 * np.array([np.cos(angle), np.sin(angle)]))
         contact, = estimator_of(gel, rng).process(gel.tracks(gel.states[-1], rng), 1.0).contacts
         error = contact.position[:2] - gel.states[-1].middle
         squares.append(error @ error / np.trace(contact.position_covariance[:2, :2]))
@@ -197,9 +197,9 @@ def test_an_unknown_thickness_leaves_only_the_depth_unknown():
     assert 'gel.thickness is not known' in estimator.health()[0] and 'gel.young_modulus is not known' in estimator.health()[0]
 
 
-def test_lost_hidden_and_mistaken_dots():
+def test_lost_hidden_and_wrong_dots_change_little():
     rng = np.random.default_rng(11)
-    gel = pressed_gel(rng, middle=(1e-3, 0.0), way=(2e-4, 0.0))
+    gel = pressed_gel(rng, middle=(1e-3, 0.0), displacement=(2e-4, 0.0))
     estimator, state = estimator_of(gel, rng), gel.states[-1]
     tracks = gel.tracks(state, rng)
     tracks.duv[::7] = np.nan
@@ -245,7 +245,7 @@ def test_wrong_parameters_are_refused_by_name():
             GelEstimator(gel.parameters | changes)
 
 
-def test_the_pitch_tells_the_scale():
+def test_the_scale_follows_from_the_pitch():
     rng = np.random.default_rng(15)
     gel = pressed_gel(rng, middle=(2e-3, 0.0))
     estimator = estimator_of(gel, rng, **{'gel.scale': 0.0, 'gel.pitch': 1.5e-3})
@@ -254,7 +254,7 @@ def test_the_pitch_tells_the_scale():
     assert contact.force == pytest.approx(-gel.states[0].force[:, 2].sum(), rel=0.1)
 
 
-def test_a_copy_goes_on_alike():
+def test_a_copy_of_the_estimator_gives_the_same_results():
     rng = np.random.default_rng(16)
     gel = pressed_gel(rng)
     estimator, tracks = estimator_of(gel, rng), gel.tracks(gel.states[0], rng)
@@ -308,6 +308,6 @@ def test_a_wide_shear_moves_the_layer_as_a_block():
 
 
 @pytest.mark.parametrize('values', [(0.0, 0.4, 0.0), (1e-3, 0.6, 0.0), (1e-3, 0.4, 1e-3), (np.nan, 0.4, 0.0), (1e-3, 0.4, -1e-4)])
-def test_what_is_no_layer_is_refused(values):
+def test_impossible_layers_are_refused(values):
     with pytest.raises(BadArgument, match='gel.thickness'):
         Layer(*values)

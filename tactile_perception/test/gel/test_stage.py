@@ -44,8 +44,8 @@ def test_images_of_a_gel_become_contacts_and_forces(scene, changes):
             assert not found and region.area == 0 and force.z == 0
         elif -true[2] > 0.1:
             pressed += 1
-            (one,), place = found, seen.truth.contacts[0].position
-            off = np.array([one.position.x, one.position.y]) - place[:2]
+            (one,), position = found, seen.truth.contacts[0].position
+            off = np.array([one.position.x, one.position.y]) - position[:2]
             assert np.hypot(*off) < 0.3e-3
             assert [force.x, force.y, force.z] == pytest.approx(true.tolist(), abs=0.1 * -true[2])
     assert pressed > 10

@@ -15,30 +15,30 @@ CENTRE = np.array([0.0, 0.0, DOME.height - RADIUS])
 EYE = np.array([0.001, -0.0005, -0.045])
 BALL, FAR = 0.025, 0.11
 PX, NOISE = 2000.0, 1.5e-5
-FEW = [(0.0, 0.0), (0.03, 0.0), (0.0, 0.045), (-0.03, 0.03), (-0.03, -0.045), (0.045, -0.03)]  # m, places of presses
+SIX_POSITIONS = [(0.0, 0.0), (0.03, 0.0), (0.0, 0.045), (-0.03, 0.03), (-0.03, -0.045), (0.045, -0.03)]  # m, of presses
 
 
 def markers():
     """(289, 3) m on the dome, NaN where the grid has none."""
     flat = DOME.grid() * 0.9
-    way = np.hypot(*flat.T)
-    angle = way / RADIUS
+    arc = np.hypot(*flat.T)
+    angle = arc / RADIUS
     xyz = np.column_stack([flat * np.sinc(angle / np.pi)[:, None], RADIUS * np.cos(angle)]) + CENTRE
-    xyz[way > 0.118] = np.nan
+    xyz[arc > 0.118] = np.nan
     return xyz
 
 
-def dented(points, place, depth, ball=BALL):
-    """points (K, 3) m after a ball has come straight down at place (2,) m, depth m beyond first touch."""
-    height = np.sqrt((RADIUS + ball)**2 - place @ place)
-    normal = np.array([*place, height]) / (RADIUS + ball)
+def dented(points, position, depth, ball=BALL):
+    """Return points (K, 3), m, under a ball pressed straight down at position (2,), m, to depth, m."""
+    height = np.sqrt((RADIUS + ball)**2 - position @ position)
+    normal = np.array([*position, height]) / (RADIUS + ball)
     from_centre = points - CENTRE
-    way = RADIUS * np.arccos(np.clip(from_centre @ normal / RADIUS, -1, 1))
+    arc = RADIUS * np.arccos(np.clip(from_centre @ normal / RADIUS, -1, 1))
     rim = np.sqrt(depth * ball * 0.28)
-    lower = np.where(way < rim, 0.5 * (1 - (way / rim)**2) + np.log(FAR / rim), np.log(FAR / np.clip(way, rim, FAR)))
+    lower = np.where(arc < rim, 0.5 * (1 - (arc / rim)**2) + np.log(FAR / rim), np.log(FAR / np.clip(arc, rim, FAR)))
     lower = depth * lower / (0.5 + np.log(FAR / rim))
     towards = normal - (from_centre @ normal)[:, None] * from_centre / RADIUS**2
-    drawn = 0.05 * depth * (way / 0.03) * np.exp(-way / 0.03)
+    drawn = 0.05 * depth * (arc / 0.03) * np.exp(-arc / 0.03)
     size = np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-9)
     down = np.array([0.0, 0.0, 1.0]) * 0.8 + 0.2 * normal
     return points - lower[:, None] * down / down[2] + drawn[:, None] * towards / size
@@ -50,26 +50,26 @@ def seen(points):
 
 
 def dome_field(touches=(), noise=NOISE, seed=0):
-    """The MarkerField under touches [(place, depth)] or [(place, depth, ball)]."""
+    """Return the MarkerField under touches [(position, depth)] or [(position, depth, ball)]."""
     rest = markers()
     now = rest.copy()
-    for place, *how in touches:
-        now = now + dented(rest, np.asarray(place, float), *how) - rest
-    rng = np.random.default_rng([seed, *(int(1e7 * abs(v)) for place, *how in touches for v in (*place, how[0]))])
+    for position, *how in touches:
+        now = now + dented(rest, np.asarray(position, float), *how) - rest
+    rng = np.random.default_rng([seed, *(int(1e7 * abs(v)) for position, *how in touches for v in (*position, how[0]))])
     shift = seen(now) - seen(rest) + rng.normal(0, noise, (len(rest), 2))
     plain = np.full(len(rest), np.nan)
     return MarkerField(seen(rest), shift, plain, np.tile(EYE, (len(rest), 1)), seen(rest) * PX, shift * PX, plain.copy())
 
 
-def first_touch(place, ball=BALL):
-    """Height, m, of the ball's lowest point as it first touches over place."""
-    return np.sqrt((RADIUS + ball)**2 - place @ place) - ball + CENTRE[2]
+def first_touch(position, ball=BALL):
+    """Return the height, m, of the ball's lowest point when it just touches over position."""
+    return np.sqrt((RADIUS + ball)**2 - position @ position) - ball + CENTRE[2]
 
 
-def dome_presses(places, depths=(0.012, 0.025, 0.038), ball=BALL, still=3, seed=0):
-    """Presses at places, with some untouched frames before."""
-    pressed = [(np.asarray(place, float), depth) for place in places for depth in depths]
+def dome_presses(positions, depths=(0.012, 0.025, 0.038), ball=BALL, still=3, seed=0):
+    """Return presses at positions, after some untouched frames."""
+    pressed = [(np.asarray(position, float), depth) for position in positions for depth in depths]
     fields = [dome_field(seed=seed + 100 + k) for k in range(still)]
-    fields += [dome_field([(place, depth, ball)], seed=seed) for place, depth in pressed]
-    position = np.array([[np.nan] * 3] * still + [[*place, first_touch(place, ball) - depth] for place, depth in pressed])
+    fields += [dome_field([(position, depth, ball)], seed=seed) for position, depth in pressed]
+    position = np.array([[np.nan] * 3] * still + [[*position, first_touch(position, ball) - depth] for position, depth in pressed])
     return Presses(tuple(fields), position, np.array([0.0] * still + [depth for _, depth in pressed]))

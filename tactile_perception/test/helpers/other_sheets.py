@@ -44,7 +44,7 @@ SHEETS = {
 
 
 class Film:
-    """Images of a sheet and the true places of its dots, frame by frame: a press that moves dots by up to a third of their distance."""
+    """Images of a sheet and the true positions of its dots, frame by frame: a press that moves dots by up to a third of their distance."""
 
     def __init__(self, sheet: Sheet, seed: int = 0):
         self.sheet, self._rng = sheet, np.random.default_rng(seed)
@@ -73,18 +73,18 @@ class Film:
         found = np.zeros((0, 2))
         apart = 0.75 * np.sqrt(4 * self._reach**2 / dots)
         for _ in range(20000):
-            place = self._middle + self._rng.uniform(-1, 1, 2) * self._reach
-            if len(found) < dots and (not len(found) or np.hypot(*(found - place).T).min() > max(apart, 1.6 * self.sheet.size)):
-                found = np.vstack([found, place])
+            position = self._middle + self._rng.uniform(-1, 1, 2) * self._reach
+            if len(found) < dots and (not len(found) or np.hypot(*(found - position).T).min() > max(apart, 1.6 * self.sheet.size)):
+                found = np.vstack([found, position])
         return found
 
     @property
     def rest(self) -> np.ndarray:
-        """(N, 2) px, places of the untouched dots."""
+        """(N, 2) px, positions of the untouched dots."""
         return self._rest
 
     def frame(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """(image, (N, 2) px places) at frame k; nothing touches before frame 8. Places of dots that cannot be seen are NaN."""
+        """(image, (N, 2) px positions) at frame k; nothing touches before frame 8. Positions of hidden dots are NaN."""
         sheet, (rows, columns) = self.sheet, self._shape
         press = 0.3 * np.sqrt(4 * self._reach**2 / len(self._rest)) * np.sin(max(k - 8, 0) / 12)
         away = self._rest - self._middle - 0.1 * rows

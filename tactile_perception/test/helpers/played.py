@@ -26,13 +26,13 @@ def all_of(played):
     return counts * VOLT, truth
 
 
-def recording(name, seed=0, chosen=slice(None)):
-    """A scene as what calibrate reads; chosen: of its presses, the others are cut out."""
+def recording(name, seed=0, selected=slice(None)):
+    """Return a scene as the recording that calibrate reads, with only the selected presses."""
     volts, truth = scene(name, seed=seed)
     touching = truth.touching > 0
     edges = np.flatnonzero(np.diff(np.r_[False, touching, False].astype(np.int8)))
     keep = np.zeros(len(volts), bool)
-    for begin, end in list(zip(edges[::2], edges[1::2]))[chosen]:
+    for begin, end in list(zip(edges[::2], edges[1::2]))[selected]:
         keep[max(begin - 120, 0):end + 100] = True
     return Recording(volts[keep], PERIOD, touching[keep], truth.normal[keep], truth.force[keep], truth.depth[keep])
 

@@ -28,28 +28,30 @@ class PressedGel:
 
     def tracks(self, state, rng, noise=0.05, distance=DISTANCE):
         """Tracks of the dots in a state, None for the untouched gel; noise: px."""
-        places = np.pad(self.dots, ((0, 0), (0, 1)))
+        positions = np.pad(self.dots, ((0, 0), (0, 1)))
         if state is not None:
-            places += np.einsum('dipj,pj->di', self.contact.response.matrix(self.dots, state.positions, 'dots'), state.force)
-        seen = places[:, :2] / (1 + places[:, 2:] / distance)
+            positions += np.einsum('dipj,pj->di', self.contact.response.matrix(self.dots, state.positions, 'dots'), state.force)
+        seen = positions[:, :2] / (1 + positions[:, 2:] / distance)
         rest = self.dots / METRES + CENTRE
         uv = seen / METRES + CENTRE + rng.normal(0, noise, rest.shape)
         count = len(uv)
         return DotTracks(*self.grid, np.arange(count), uv, np.full(count, 40.0), np.full(count, np.nan), uv - rest)
 
 
-def pressed_gel(rng, pitch=1.5e-3, thickness=4e-3, poisson=0.48, radius=6e-3, half=None, friction=0.5, depth=0.8e-3, way=(0.0, 0.0),
-                middle=(0.0, 0.0), grid=True, size=(16.5e-3, 12e-3)):
-    """A ball (or a stamp of half sides half, m) that is pressed in at middle, m, to depth, m, and moves by way, m; looked at pressed in and
-    after half and all of the way."""
+def pressed_gel(rng, pitch=1.5e-3, thickness=4e-3, poisson=0.48, radius=6e-3, half=None, friction=0.5, depth=0.8e-3,
+                displacement=(0.0, 0.0), middle=(0.0, 0.0), grid=True, size=(16.5e-3, 12e-3)):
+    """Return a gel pressed by a ball (or a stamp of half sides half, m) at middle, m, to depth, m, and then displaced, m.
+
+    It is seen after the press, and after half and all of the displacement.
+    """
     material = Material(thickness, 0.1 * thickness, 2.2e5, poisson)
     contact = GelContact(material, Indenter(radius) if half is None else Indenter(0.0, half), friction)
-    middle, way = np.array(middle), np.array(way)
+    middle, displacement = np.array(middle), np.array(displacement)
     for part in range(1, 9):
         state = contact.step(middle, depth * part / 8, middle)
-    states, steps = [state], max(int(np.ceil(np.hypot(*way) / STEP)), 1) if way.any() else 0
+    states, steps = [state], max(int(np.ceil(np.hypot(*displacement) / STEP)), 1) if displacement.any() else 0
     for k in range(1, steps + 1):
-        state = contact.step(middle + way * k / steps, depth, middle + way * (k - 1) / steps)
+        state = contact.step(middle + displacement * k / steps, depth, middle + displacement * (k - 1) / steps)
         if k in (steps // 2, steps):
             states.append(state)
     columns, rows = (np.array(size) / pitch).round().astype(int) + 1

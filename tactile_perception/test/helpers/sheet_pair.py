@@ -26,13 +26,13 @@ def pose(side):
     return cv2.Rodrigues(np.array(turn))[0], np.array(camera_centre)
 
 
-def picture(side, places, brightness=150.0, noise=1.5, seed=0):
-    """uint8 (H, W, 3) BGR of green discs at places (K, 2), m."""
+def picture(side, positions, brightness=150.0, noise=1.5, seed=0):
+    """uint8 (H, W, 3) BGR of green discs at positions (K, 2), m."""
     rotation, camera_centre = pose(side)
     angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
     fine = np.zeros((SIZE[1] * FINE, SIZE[0] * FINE), np.uint8)
-    for place in places:
-        ring = np.column_stack([place + RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1), np.zeros(40)])
+    for position in positions:
+        ring = np.column_stack([position + RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1), np.zeros(40)])
         uv = cv2.projectPoints(ring, rotation, -rotation @ camera_centre, MATRIX, DISTORTION)[0].reshape(-1, 2)
         cv2.fillPoly(fine, [np.round(((uv + 0.5) * FINE - 0.5) * 256).astype(np.int32)], 255, cv2.LINE_AA, 8)
     shape = cv2.GaussianBlur(cv2.resize(fine, SIZE, interpolation=cv2.INTER_AREA), (0, 0), 0.8) / 255

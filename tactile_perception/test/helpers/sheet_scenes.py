@@ -35,7 +35,7 @@ def field_of(seen, noise=0.0, growth_noise=0.0, seed=0):
 
 @functools.cache
 def pressed(x, y, depth, radius=7e-3, material=MATERIAL):
-    """(K, 3) shift and growth of one press, on a finer mesh and way than the library's."""
+    """(K, 3) shift and growth of one press, on a finer mesh and in finer steps than the library's."""
     plan = LibraryPlan(PLAN.half, 7e-3, depth, n=9, levels=12)
     mesh = SheetMesh((x, y), plan.half, plan.scale, plan.n)
     solved = press_sheet(mesh, plan.load_steps(np.array([depth])), radius, material)[0][-1]

@@ -52,7 +52,7 @@ def pressed_bag(tmp_path_factory):
 
 @pytest.fixture(scope='session')
 def sphere_bag(tmp_path_factory):
-    """A ball of 8 mm radius pressed at nine known places: three untouched frames, then one of each of the 23 presses."""
+    """A ball of 8 mm radius pressed at nine known positions: three untouched frames, then one of each of the 23 presses."""
     path = tmp_path_factory.mktemp('bags') / 'sphere'
     write_scene(path, 'sphere_calibration', [0.0, 0.1, 0.2, *(1.9 + 1.1 * k for k in range(23))], 10.0)
     return path

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dome_library import EYES, MESH, POINTS, library_field, press, small_library
-from dome_scenes import DOME, FEW, dome_presses
+from dome_scenes import DOME, SIX_POSITIONS, dome_presses
 
 from tactile_perception.common.marker_sensor import MARKER_SENSORS, dome_cap
 from tactile_perception.core.errors import BadCalibration
@@ -21,8 +21,8 @@ def known():
 
 @pytest.mark.full  # simulates a small library
 def test_noise_and_errors_follow_from_the_presses():
-    plain = dome_presses(FEW, (0.012, 0.025))
-    pressed = [(position, depth) for position in FEW for depth in (0.012, 0.025)]
+    plain = dome_presses(SIX_POSITIONS, (0.012, 0.025))
+    pressed = [(position, depth) for position in SIX_POSITIONS for depth in (0.012, 0.025)]
     fields = [library_field(seed=k) for k in range(3)] + [library_field(press(*position, depth), seed=k) for k, (position, depth) in
                                                           enumerate(pressed)]
     presses = Presses(tuple(fields), plain.position, plain.depth)
@@ -47,7 +47,8 @@ def test_scales_of_position_and_depth_are_corrected():
 
 
 def test_a_sheet_and_too_few_presses_are_refused():
-    for presses, sensor in ((dome_presses(FEW, (0.012,)), MARKER_SENSORS['areal_single']), (dome_presses([(0, 0)], (0.01,)), DOME)):
+    for presses, sensor in ((dome_presses(SIX_POSITIONS, (0.012,)), MARKER_SENSORS['areal_single']),
+                            (dome_presses([(0, 0)], (0.01,)), DOME)):
         with pytest.raises(BadCalibration, match='needs a dome and 6 straight presses'):
             calibrate_dome(presses, sensor)
 
