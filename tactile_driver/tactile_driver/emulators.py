@@ -227,7 +227,7 @@ def _parser(prog: str, text: str, link: str, rate: float) -> argparse.ArgumentPa
     parser = argparse.ArgumentParser(prog=prog, description=text)
     parser.add_argument('--link', default=link, help='symbolic link to the pseudo-terminal: what the driver opens as device')
     parser.add_argument('--scene', default='demo')
-    parser.add_argument('--rate', type=float, default=rate, help='samples or frames a second')
+    parser.add_argument('--rate', type=float, default=rate, help='samples or frames per second')
     parser.add_argument('--seed', type=int, default=0)
     return parser
 

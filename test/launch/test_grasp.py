@@ -76,4 +76,4 @@ def test_an_object_stays_in_the_hand_when_the_process_of_a_sensor_is_killed(ros2
 def test_an_unknown_object_ends_the_launch_in_one_line(ros2):
     launched = ros2('launch', 'tactile_bringup', 'grasp.launch.py', 'object:=piano')
     assert launched.wait(60) != 0
-    assert 'object:=piano is none of box, long_box' in launched.log
+    assert 'object:=piano is not one of box, long_box' in launched.log

@@ -50,7 +50,7 @@ def write_lerobot(sources: Sequence[Path], target: Path, rate: int, task: str) -
         episodes = [data[name] for data in files for name in sorted(data)]
         columns = [_columns(episode) for episode in episodes]
         if any(each.keys() != columns[0].keys() for each in columns):
-            raise BadRecording('the recordings have not the same topics: ' + ', '.join(sorted(set().union(*columns) - set.intersection(
+            raise BadRecording('the recordings have different topics: ' + ', '.join(sorted(set().union(*columns) - set.intersection(
                 *map(set, columns)))) + '; name common ones with --topics')
         widths = {name: np.max([each[name].shape[1:] for each in columns], axis=0).astype(int).tolist() for name in columns[0]}
         widths = {name: width for name, width in widths.items() if 0 not in width}  # such as positions of a sensor without a surface model

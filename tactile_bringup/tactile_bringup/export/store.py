@@ -40,7 +40,8 @@ class Columns:
     def add(self, fields: Mapping[str, Field]) -> None:
         """Add a row. Raises BadRecording where a column is not as it was."""
         if self._rows and fields.keys() != self._waiting.keys():
-            raise BadRecording('fields come or go: ' + ', '.join(sorted(fields.keys() ^ self._waiting.keys())))
+            some = ', '.join(sorted(fields.keys() ^ self._waiting.keys()))
+            raise BadRecording(f'columns {some} are not in all messages; leave out their topics with --topics')
         for name, field in fields.items():
             waiting = self._waiting.setdefault(name, [])
             if not self._rows:

@@ -289,8 +289,8 @@ def print_margins(names: Sequence[str], margins: Sequence[float]) -> None:
 def main(args: list[str] | None = None) -> int:
     """Print the table; exit code 1 for an unknown object, or without MuJoCo."""
     parser = argparse.ArgumentParser(prog='grasp_table', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--objects', nargs='+', default=list(OBJECTS), help=f'of {", ".join(OBJECTS)}')
-    parser.add_argument('--seeds', type=int, nargs='+', default=[0], help='of the noise of the array')
+    parser.add_argument('--objects', nargs='+', default=list(OBJECTS), help=f'objects to grasp, of {", ".join(OBJECTS)}; default: all')
+    parser.add_argument('--seeds', type=int, nargs='+', default=[0], help='seeds of the noise of the array')
     parser.add_argument('--faults', action='store_true', help=f'the controller with {", ".join(FAULTS)}, instead of each policy')
     parser.add_argument('--margins', type=float, nargs='+', help='displacement and force over these values of margin, instead')
     given = parser.parse_args(args)

@@ -150,7 +150,7 @@ def print_table(names: Sequence[str]) -> None:
 def main(args: list[str] | None = None) -> int:
     """Print the table; exit code 1 for an unknown object, or without MuJoCo."""
     parser = argparse.ArgumentParser(prog='grasp_poses', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--objects', nargs='+', default=list(OBJECTS), help=f'of {", ".join(OBJECTS)}')
+    parser.add_argument('--objects', nargs='+', default=list(OBJECTS), help=f'objects to grasp, of {", ".join(OBJECTS)}; default: all')
     given = parser.parse_args(args)
     for name in given.objects:
         object_named(name)

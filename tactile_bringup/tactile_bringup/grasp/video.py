@@ -95,7 +95,7 @@ def main(args: list[str] | None = None) -> int:
     """Write the video; exit code 1 for an unknown object, or where MuJoCo is missing or cannot draw."""
     parser = argparse.ArgumentParser(prog='grasp_video', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('output', type=Path, help='file to write, .webp')
-    parser.add_argument('--object', default='box', help=f'of {", ".join(OBJECTS)}')
+    parser.add_argument('--object', default='box', help=f'object to grasp: {", ".join(OBJECTS)}')
     given = parser.parse_args(args)
     write_video(given.output, given.object)
     print(f'{given.output}: written')

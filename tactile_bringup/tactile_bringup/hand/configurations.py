@@ -156,7 +156,7 @@ def main(args: list[str] | None = None) -> int:
     """Write both files; exit code 1 for a wrong hand file or a folder that cannot be written."""
     parser = argparse.ArgumentParser(prog='hand_config', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('hand', type=Path, help='YAML, URDF or xacro file with the sensors of the hand')
-    parser.add_argument('folder', type=Path, help='where to write')
+    parser.add_argument('folder', type=Path, help='folder for the files')
     given = parser.parse_args(args)
     hand = read_hand(given.hand)
     given.folder.mkdir(parents=True, exist_ok=True)

@@ -140,7 +140,7 @@ def read_robot(text: str) -> tuple[Robot, list[ElementTree.Element]]:
     try:
         page = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
-        raise BadArgument(f'is no XML: {error}') from error
+        raise BadArgument(f'is not valid XML: {error}') from error
     if page.tag != 'robot':
         raise BadArgument(f'the outermost element is {page.tag}, but must be robot')
     links = [_attribute(link, 'name', 'a link') for link in page.findall('link')]

@@ -239,7 +239,7 @@ def check_choices(values: Mapping[str, str], choices: Mapping[str, Sequence[str]
     """Raise BadArgument for a value that is not among the choices of its argument."""
     for name, known in choices.items():
         if values[name] not in known:
-            raise BadArgument(f'{name}:={values[name]} is none of {", ".join(filter(None, known))}')
+            raise BadArgument(f'{name}:={values[name]} is not one of {", ".join(filter(None, known))}')
 
 
 def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:

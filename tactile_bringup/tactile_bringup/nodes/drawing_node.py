@@ -220,7 +220,7 @@ class DrawingNode(Node):
                           lambda: image_to_message(Frame(self.picture(found), 0, 'bgr8'), 'bgr8', header))
         except TactileError as error:
             self.log.refuse(str(error))
-            self.say.error('image', f'no picture: {error}')
+            self.say.error('image', f'image_annotated was not drawn: {error}')
         else:
             self.say.settle('image')
 

@@ -179,7 +179,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('bag', type=Path, help='rosbag2 to write (MCAP); it must not exist')
     parser.add_argument('--rate', type=float, help='frames or samples a second; default ' +
                         ', '.join(f'{rate:g} ({kind})' for kind, (_, rate, _) in WRITERS.items()))
-    parser.add_argument('--seed', type=int, default=0, help='of the noise and of the irregularities of the specimen')
+    parser.add_argument('--seed', type=int, default=0, help='seed of the noise and of the specimen')
     given = parser.parse_args(args)
     write, rate, _ = writer_of(given.sensor)
     count = write(given.bag, given.scene, given.rate or rate, given.seed)

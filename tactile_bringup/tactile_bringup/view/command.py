@@ -38,14 +38,14 @@ def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with a one-line error."""
     parser = argparse.ArgumentParser(prog='view', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('bag', type=Path, nargs='*', help='recordings, or folders of them, such as those of a hand, or raw data and '
-                        'what process_bag made of them, in one picture; none: the running sensors')
-    parser.add_argument('--web', action='store_true', help='in a browser, in place of a window')
-    parser.add_argument('--save', type=Path, help='.rrd file to write, in place of a viewer')
-    parser.add_argument('--namespace', action='append', default=[], help='of a sensor to show; may be repeated; none: all sensors')
+                        'what process_bag made of them, in one view; default: the running sensors')
+    parser.add_argument('--web', action='store_true', help='show it in a browser instead of a window')
+    parser.add_argument('--save', type=Path, help='.rrd file to write instead of opening a viewer')
+    parser.add_argument('--namespace', action='append', default=[], help='namespace of a sensor to show (may be repeated); default: all')
     parser.add_argument('--frame', default='', help="frame in which all is shown; default: the sensor's, with several sensors hand")
-    parser.add_argument('--rate', type=float, default=10.0, help='pictures per second of a topic; 0: all; numbers are always all plotted')
+    parser.add_argument('--rate', type=float, default=10.0, help='images per second of a topic, 0 for all; every number is plotted')
     parser.add_argument('--bind', default='127.0.0.1', help='address on which the viewer listens (default: %(default)s)')
-    parser.add_argument('--tune', type=Path, metavar='FILE', help='of running dot_tracker_nodes: also show candidates and mask, and write '
+    parser.add_argument('--tune', type=Path, metavar='FILE', help='also show candidates and mask of running dot_tracker_nodes, and write '
                         'what ros2 param set changes to this parameter file')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['view', *args])[1:])
     if given.tune and given.bag:

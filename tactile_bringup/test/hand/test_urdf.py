@@ -64,7 +64,7 @@ def test_a_joint_that_mimics_another_needs_no_position_of_its_own(tmp_path):
     ((PALM, BEND.replace('<axis', '<mimic joint="knee"/><axis'), MOUNT, TIP), 'joint bend: there is no joint knee that it could mimic'),
     ((PALM, BEND, MOUNT.replace('name="mount" ', ''), TIP), 'a joint: name is missing'),
     (('<link name="root"/>', PALM, BEND.replace('palm', 'tip'), MOUNT, TIP), 'one link must have no parent, but root, palm has none'),
-    ((PALM, '<link'), 'is no XML')])
+    ((PALM, '<link'), 'is not valid XML')])
 def test_what_is_wrong_with_a_description_is_reported_in_one_line(tmp_path, parts, reported):
     path = written(tmp_path, *parts)
     with pytest.raises(BadArgument) as raised:

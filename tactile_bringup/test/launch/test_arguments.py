@@ -128,11 +128,11 @@ def test_a_broken_parameter_file_is_reported_in_one_line(tmp_path, files, sensor
 
 @pytest.mark.parametrize('wrong, reported', [
     ({'source': 'file'}, 'path:='), ({'source': 'bag', 'path': 'nowhere.avi'}, 'nowhere.avi does not exist'),
-    ({'params': 'no.yaml'}, 'no.yaml'), ({'source': 'foo'}, 'source:=foo is none of sim, device, file, bag'),
-    ({'rviz': 'maybe'}, 'rviz:=maybe is none of true, false'), ({'loop': 'twice'}, 'loop:=twice is none of true, false'),
-    ({'stay': 'long'}, 'stay:=long is none of true, false'),
-    ({'autostart': 'maybe'}, 'autostart:=maybe is none of true, false'),
-    ({'composed': 'sensor'}, 'composed:=sensor is none of true, false'),
+    ({'params': 'no.yaml'}, 'no.yaml'), ({'source': 'foo'}, 'source:=foo is not one of sim, device, file, bag'),
+    ({'rviz': 'maybe'}, 'rviz:=maybe is not one of true, false'), ({'loop': 'twice'}, 'loop:=twice is not one of true, false'),
+    ({'stay': 'long'}, 'stay:=long is not one of true, false'),
+    ({'autostart': 'maybe'}, 'autostart:=maybe is not one of true, false'),
+    ({'composed': 'sensor'}, 'composed:=sensor is not one of true, false'),
     ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
 def test_a_wrong_value_is_reported_in_one_line(wrong, reported):
     with pytest.raises(BadArgument, match=reported) as raised:
@@ -361,11 +361,11 @@ def test_a_recorded_sensor_plays_its_own_topics_with_the_parameters_of_what_was_
 
 
 @pytest.mark.parametrize(('given', 'reported'), [
-    ({'composed': 'maybe'}, 'composed:=maybe is none of true, false'),
-    ({'source': 'file'}, 'source:=file is none of sim, device, bag'),
+    ({'composed': 'maybe'}, 'composed:=maybe is not one of true, false'),
+    ({'source': 'file'}, 'source:=file is not one of sim, device, bag'),
     ({'hand': 'nowhere.yaml'}, 'hand nowhere.yaml: cannot be read'), ({'record': '.'}, 'exists already'),
     ({'source': 'bag'}, 'needs the recording'),
-    ({'autostart': 'perhaps'}, 'sensor thumb: autostart:=perhaps is none of')])
+    ({'autostart': 'perhaps'}, 'sensor thumb: autostart:=perhaps is not one of')])
 def test_a_wrong_argument_is_reported(given, reported):
     with pytest.raises(BadArgument, match=reported) as raised:
         hand_of_nodes(**given)

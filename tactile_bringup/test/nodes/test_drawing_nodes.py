@@ -140,7 +140,7 @@ def test_messages_that_cannot_be_drawn_are_counted_and_reported_and_so_are_defec
     try:
         bad = Slip(state=9)
         node.try_message('slip', bad, lambda: done.append(bad))
-        assert not done and node.log.refused == 1 and 'state 9 is none' in node.log.last_error
+        assert not done and node.log.refused == 1 and 'state 9 is not one of' in node.log.last_error
         monkeypatch.setattr(DefectGuard, 'strict', False)
         node.try_message('slip', Slip(), lambda: [][7])
         node.try_message('slip', Slip(), lambda: done.append(1))

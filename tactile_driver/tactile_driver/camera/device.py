@@ -78,7 +78,7 @@ def find_device(wanted: str, root: str = '/') -> VideoDevice:
     if len(found) == 1:
         return found[0]
     known = '; '.join(map(str, devices)) or 'none at all'
-    what = 'fits several video devices' if found else 'is no video device'
+    what = 'fits several video devices' if found else 'is not a video device'
     raise DeviceLost(f'device: {wanted!r} {what}; there are: {known}. Name one by index, path, bus or serial number, and check the cable')
 
 

@@ -26,7 +26,7 @@ def decode(data: bytes, type_name: str):
     try:
         return deserialize_message(data, get_message(type_name))
     except Exception as error:  # rclpy raises RuntimeError and others, by middleware
-        raise BadFrame(f'{len(data)} bytes are no {type_name}: {error}') from error
+        raise BadFrame(f'{len(data)} bytes cannot be decoded as {type_name}: {error}') from error
 
 
 def header_stamp_ns(data: bytes) -> int:

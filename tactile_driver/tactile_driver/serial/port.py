@@ -48,7 +48,7 @@ def find_port(wanted: str) -> str:
     found = [port.device for port in ports if wanted and wanted in (port.serial_number or '')]
     if len(found) == 1:
         return found[0]
-    raise DeviceLost(f'device: {wanted!r} {"fits several serial ports" if found else "is no serial port"}; {known}')
+    raise DeviceLost(f'device: {wanted!r} {"fits several serial ports" if found else "is not a serial port"}; {known}')
 
 
 class SerialSource(Source):

@@ -166,7 +166,7 @@ def _file(path: Path, values: Mapping) -> _Stored:
     if ending == '.npy':
         return _stored_array(np.load(path), None, sent_shape(values))
     if ending != '.npz':
-        raise BadRecording(f'it is no folder and ends in none of {", ".join(ARRAY_ENDINGS)}')
+        raise BadRecording(f'it is neither a folder nor a file that ends in one of {", ".join(ARRAY_ENDINGS)}')
     with np.load(path) as stored:
         found = [name for name in stored.files if stored[name].ndim >= 2]
         wanted = [name for name in found if name == values['topic']] if values['topic'] else \

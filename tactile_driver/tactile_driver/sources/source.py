@@ -263,7 +263,7 @@ class PlayedSource(Source):
             self._playing = self._items()
             item = next(self._playing, None)
         if item is None:
-            raise EndOfSource(f'{self._path} is over')
+            raise EndOfSource(f'the recording {self._path} is over')
         recorded_ns, content = self._recorded(item)
         if self.on_demand:
             stamp = self._next_stamp(recorded_ns)

@@ -225,7 +225,8 @@ def test_every_way_to_name_a_device(root, wanted, number):
     assert find_device(wanted, str(root)).path == f'/dev/video{number}'
 
 
-@pytest.mark.parametrize(('wanted', 'what'), [('7', 'is no video device'), ('C333', 'is no'), ('Pad', 'fits several'), ('', 'is no')])
+@pytest.mark.parametrize(('wanted', 'what'), [
+    ('7', 'is not a video device'), ('C333', 'is not a'), ('Pad', 'fits several'), ('', 'is not a')])
 def test_an_unknown_device_lists_those_that_exist(root, wanted, what):
     with pytest.raises(DeviceLost) as failure:
         find_device(wanted, str(root))

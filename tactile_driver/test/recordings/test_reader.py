@@ -346,7 +346,7 @@ def test_the_same_message_is_the_same_bytes():
 
 
 def test_bytes_of_another_type_are_refused():
-    with pytest.raises(BadFrame, match='3 bytes are no sensor_msgs/msg/Image'):
+    with pytest.raises(BadFrame, match='3 bytes cannot be decoded as sensor_msgs/msg/Image'):
         decode(b'abc', 'sensor_msgs/msg/Image')
     with pytest.raises(BadFrame, match='no_such'):
         decode(b'abc', 'no_such_msgs/msg/Thing')

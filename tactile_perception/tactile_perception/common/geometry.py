@@ -117,7 +117,7 @@ class FrameTree:
         with np.errstate(over='ignore'):  # refused just below
             length = float(np.linalg.norm(quaternion))
         if not (_MIN_QUATERNION_NORM < length < np.inf and (np.abs(translation) <= _MAX_TRANSLATION).all() and parent != child):
-            raise BadFrame(f'transform from {parent!r} to {child!r} is none: rotation {quaternion.tolist()}, translation '
+            raise BadFrame(f'transform from {parent!r} to {child!r} is not a rigid transform: rotation {quaternion.tolist()}, translation '
                            f'{translation.tolist()}; it is skipped')
         known, poses = self._links.get(child, (parent, deque()))
         if known != parent or stamp_s == -np.inf:

@@ -120,7 +120,7 @@ def check_numbers(message) -> None:
                 _check_values(f'contact_region: {name}', [c for p in loop.points for c in (p.x, p.y, p.z)], _FARTHEST_M, known=True)
     elif isinstance(message, Slip):
         if message.state > Slip.GROSS:
-            raise BadFrame(f'slip: state {message.state} is none of 0 to {Slip.GROSS}')
+            raise BadFrame(f'slip: state {message.state} is not one of 0 to {Slip.GROSS}')
         _check_lengths('slip', message, ('y', 'vx', 'vy'), len(message.x), 'x')
     for part in message.contacts if isinstance(message, Contacts) else (message,):
         for name, limit in _LIMITS.get(type(part), {}).items():

@@ -58,10 +58,10 @@ class JudgedBag:
         self.true = [name for name in _FIELDS if TRUE + name in mine]
         self.reported = [name for name in _FIELDS if name in (self._replay.outputs if self._replay else mine)]
         if not self.true:
-            raise BadRecording(f'{bag}: no {self.prefix}{TRUE}*: nothing says what is true')
+            raise BadRecording(f'{bag}: no ground truth: {self.prefix}{TRUE}* are missing; record them, or choose another bag')
         if not self.reported:
-            raise BadRecording(f'{bag}: no estimates in it ({", ".join(_FIELDS)}): make them by process_bag, or name --params FILE '
-                               '(and --calibration FILE), and they are computed here')
+            raise BadRecording(f'{bag}: no estimates ({", ".join(_FIELDS)}): compute them by process_bag, or give --params FILE '
+                               '(and --calibration FILE)')
 
     def instants(self) -> Iterator[tuple[float, Instant, Instant]]:
         """Yield (stamp s, estimate, truth) of each stamp that has both, in order. Contacts of which nothing else is true are so between the
@@ -144,6 +144,6 @@ def _find_sensor(topics: dict[str, str], namespace: str) -> str:
     """'/ns/' of the sensor with ground truth among topics. Raises BadRecording without one, and for several without a namespace."""
     found = {topic.partition(TRUE)[0] for topic in topics if '/' + TRUE in topic}
     if not found:
-        raise BadRecording(f'no */{TRUE}* in the bag: nothing says what is true; record a simulated sensor, or what a stage or a '
+        raise BadRecording(f'no ground truth: the bag has no topic */{TRUE}*; record a simulated sensor, or what a stage or a '
                            'force/torque sensor reads')
     return choose_prefix(found, namespace, TRUE + '*')

@@ -62,9 +62,9 @@ def _signals() -> Iterator[list[int]]:
 
 
 def _check_source(source: Path, params: Path) -> None:
-    """Raise BadArgument for what is no bag."""
+    """Raise BadArgument for a path that is not a bag."""
     if source.is_file() and source.suffix not in _BAGS or source.is_dir() and not any(file.suffix in _BAGS for file in source.iterdir()):
-        raise BadArgument(f'{source} is no bag. Make one of a video, images or an array\'s file: ros2 launch tactile_bringup '
+        raise BadArgument(f'{source} is not a bag. Make one of a video, images or an array\'s file: ros2 launch tactile_bringup '
                           f'SENSOR.launch.py source:=file path:={source} rate:=0 params:={params} record:=BAG')
 
 

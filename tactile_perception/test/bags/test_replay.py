@@ -173,7 +173,7 @@ def test_a_message_that_cannot_be_meant_is_counted(tmp_path):
     rows = [(k, k, '/pad/slip', Slip(state=4 * (k == 1))) for k in range(3)] + [(k, k, '/pad/ground_truth/slip', Slip()) for k in range(3)]
     bag = JudgedBag(write(tmp_path / 'bag', rows))
     assert [reported.slip is None for _, reported, _ in bag.instants()] == [False, True, False]
-    assert bag.left_out.lines() == ['1 of slip: slip: state 4 is none of 0 to 2 (first at 0.000 s)']
+    assert bag.left_out.lines() == ['1 of slip: slip: state 4 is not one of 0 to 2 (first at 0.000 s)']
 
 
 def test_a_damaged_message_is_counted_and_the_rest_judged(tmp_path):
@@ -203,7 +203,7 @@ def test_computed_anew_each_stage_is_timed(pressed_bag):
 
 
 @pytest.mark.parametrize('topics, namespace, message', [
-    (['/pad/contacts'], '', 'nothing says what is true'),
+    (['/pad/contacts'], '', 'no ground truth'),
     (['/pad/ground_truth/contacts', '/pad/image_raw'], '', 'process_bag'),
     (['/a/contacts', '/a/ground_truth/contacts', '/b/ground_truth/contacts'], '', '2 topics .*/a/.*, /b/'),
     (['/a/contacts', '/a/ground_truth/contacts'], 'c', 'no /c/.*/a/')])

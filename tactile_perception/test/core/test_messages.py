@@ -136,7 +136,7 @@ def test_a_pattern_without_a_grid_has_any_indices():
     (ContactRegion(motion_interval=np.inf), 'motion_interval'),
     (Contacts(contacts=[Contact(), Contact(position=Point(y=-np.inf))]), 'position holds -inf'),
     (Contacts(contacts=[Contact(position_covariance=np.full(9, 1e300))]), 'position_covariance holds'),
-    (Slip(state=3), 'state 3 is none'), (Slip(x=floats(1)), 'y has 0 entries, x has 1'),
+    (Slip(state=3), 'state 3 is not one of'), (Slip(x=floats(1)), 'y has 0 entries, x has 1'),
     (Slip(slipping_fraction=np.inf), 'slipping_fraction'),
     (WrenchStamped(wrench=Wrench(torque=Vector3(x=np.inf))), 'wrench holds inf')])
 def test_invalid_results_are_refused(message, reason):

@@ -96,7 +96,7 @@ def back(k, image):
 
 
 @pytest.mark.parametrize('change, count, reported', [
-    (cut, 1, '1 of image_raw: taxel image: 16 rows'), (damaged, 2, '2 of image_raw: 40 bytes are no sensor_msgs/msg/Image'),
+    (cut, 1, '1 of image_raw: taxel image: 16 rows'), (damaged, 2, '2 of image_raw: 40 bytes cannot be decoded as sensor_msgs/msg/Image'),
     (smaller, 1, '1 of image_raw: taxel image'), (back, 1, '1 of image_raw: stamps go back by 0.3 s')])
 def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path, capsys, change, count, reported):
     assert run(write_taxels(tmp_path / 'bad', change=change), tmp_path / 'out') == module.INCOMPLETE
@@ -108,7 +108,7 @@ def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path
 def test_without_one_usable_frame_there_is_nothing(tmp_path, capsys):
     assert run(write_taxels(tmp_path / 'bad', change=lambda *_: b'none'), tmp_path / 'out') == module.FAILED
     said = capsys.readouterr().err
-    assert '30 of image_raw: 4 bytes are no' in said and said.startswith('process_bag: no result could be computed\n')
+    assert '30 of image_raw: 4 bytes cannot be decoded' in said and said.startswith('process_bag: no result could be computed\n')
 
 
 def test_a_bag_that_is_cut_off_is_done_as_far_as_it_goes(tmp_path, capsys):

@@ -137,7 +137,7 @@ def _decoded(message: Image, label: str, usable: Collection[str]) -> np.ndarray:
     row = width * channels * np.dtype(depth).itemsize
     if height * step != len(message.data) or step < row or not height * width:
         raise BadFrame(f'{label}: {height} rows of {step} bytes, {width} {encoding} each, do not make the {len(message.data)} bytes of '
-                       'data; the frame is cut')
+                       'data; it is skipped')
     if encoding.startswith('yuv') and width % 2:
         raise BadFrame(f'{label}: {encoding} of odd width {width}; two pixels share their colour, the driver has to publish both')
     # PyPI's cv_bridge takes no padded rows, and no version of it takes big-endian data with NumPy 2.
@@ -159,7 +159,7 @@ def _decompressed(message: CompressedImage, label: str) -> np.ndarray:
     if end is None:
         raise BadFrame(f'{label}: {len(data)} bytes of a compressed image are neither JPEG nor PNG; set image_transport to one of both')
     if not data.rstrip(b'\0').endswith(end):  # some cameras pad a JPEG with zeros
-        raise BadFrame(f'{label}: a compressed image ends within its {len(data)} bytes; the frame is cut')
+        raise BadFrame(f'{label}: a compressed image of {len(data)} bytes is truncated; it is skipped')
     try:
         # As Jazzy's cv_bridge decodes it; PyPI's reduces it to 8 bits.
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)

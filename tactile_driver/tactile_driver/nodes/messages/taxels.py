@@ -77,7 +77,7 @@ def taxels_of_message(message: PointCloud2) -> tuple[np.ndarray, np.ndarray, np.
     if not (np.abs(positions) <= _MAX_POSITION).all() or (np.abs(forces) > _MAX_FORCE).any():
         raise BadFrame(f'taxels: a position is not finite or beyond {_MAX_POSITION:g} m, or a force beyond {_MAX_FORCE:g}')
     if normals is not None and not (np.abs(np.linalg.norm(normals, axis=1) - 1) < 0.01).all():
-        raise BadFrame('taxels: a normal is no unit vector')
+        raise BadFrame('taxels: a normal does not have length 1; publish unit vectors')
     return positions, forces, normals
 
 

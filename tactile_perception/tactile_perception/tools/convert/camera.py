@@ -77,7 +77,7 @@ class Recording:
     def _file(self, name: str) -> Path:
         path = self.path / name
         if not path.exists():
-            raise BadRecording(f'recording {self.path}: no {name} in it')
+            raise BadRecording(f'recording {self.path}: {name} is missing; convert_recording --help describes the folder')
         return path
 
     def _read(self, name: str, read: Callable[[Path], dict]) -> dict:

@@ -50,7 +50,7 @@ class TaxelRecording:
         except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
             raise BadRecording(f'recording {self.path}: {error!r}') from error
         if not self._rows:
-            raise BadRecording(f'recording {self.path}: no frame in it')
+            raise BadRecording(f'recording {self.path}: input.npz has no frames')
 
     def __len__(self) -> int:
         return len(self._rows)
