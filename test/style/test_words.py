@@ -27,13 +27,17 @@ FINISHED = (
         'camera', 'nodes', 'parameters', 'recordings', 'serial', 'simulation', 'sources', 'stitching/methods.py', '__init__.py',
         'emulators.py', 'errors.py', 'frame.py', 'frame_names.py', 'lens.py', 'plugins.py', 'stamp_gaps.py')),
     *(f'tactile_perception/tactile_perception/{name}' for name in (
-        'core', 'common', 'bags', 'tools', 'evaluation', 'finger', 'force_taxels', 'gel', 'photometric', 'taxel', 'touchpad', 'api.py')),
+        'core', 'common', 'dots', 'bags', 'tools', 'evaluation', 'finger', 'force_taxels', 'gel', 'photometric', 'taxel', 'touchpad',
+        'api.py')),
     *(f'tactile_perception/test/{name}' for name in (
         'bags', 'common', 'core', 'evaluation', 'finger', 'force_taxels', 'gel', 'helpers', 'photometric', 'taxel', 'tools', 'touchpad',
         'conftest.py', 'test_work_log.py')),
     *(f'tactile_perception/tactile_perception/press/{name}' for name in (
         'dome', 'sheet/calibration.py', 'sheet/model.py', 'calibration.py', 'estimate.py', 'estimator.py', 'field.py', 'methods.py',
         'parameters.py', 'positions.py', 'presses.py', 'sensor_types.py', 'stage.py', 'stitching.py', 'tools.py')),
+    *(f'tactile_perception/test/dots/{name}' for name in (
+        'conftest.py', 'test_auto.py', 'test_detect.py', 'test_links.py', 'test_number.py', 'test_published.py', 'test_reference.py',
+        'test_tracker.py')),
     *(f'tactile_perception/test/press/{name}' for name in (
         'dome', 'sheet', 'conftest.py', 'test_field.py', 'test_presses.py', 'test_published.py', 'test_region.py', 'test_sensitivity.py',
         'test_stage.py', 'test_stitching.py', 'test_tools.py')),

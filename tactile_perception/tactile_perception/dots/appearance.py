@@ -437,21 +437,21 @@ def describe_dots(image: np.ndarray, pattern: Pattern, worn: bool = True) -> App
     half = int(np.ceil(0.75 * typical + 2.5))
     middle = np.rint(uv).astype(int)
     inside = ((middle >= half) & (middle < np.array(grey.shape[::-1]) - half)).all(axis=1)
-    chosen = np.flatnonzero(inside)
-    chosen = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), _SAMPLE)).astype(int)]
-    if len(chosen) < MIN_DOTS:
-        raise BadFrame(f'too few dots: {pattern}, of which {len(chosen)} are whole; check that the camera sees the sensor')
-    middle, start = middle[chosen], (uv - middle)[chosen]
+    sample = np.flatnonzero(inside)
+    sample = sample[np.linspace(0, len(sample) - 1, min(len(sample), _SAMPLE)).astype(int)]
+    if len(sample) < MIN_DOTS:
+        raise BadFrame(f'too few dots: {pattern}, of which {len(sample)} are whole; check that the camera sees the sensor')
+    middle, start = middle[sample], (uv - middle)[sample]
     y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
     pixels = grey[middle[:, 1, None] + y, middle[:, 0, None] + x].astype(float)
-    place, blur, diameter = start, _BLUR, np.full(len(chosen), typical)
+    position, blur, diameter = start, _BLUR, np.full(len(sample), typical)
     for _ in range(_STEPS):
-        solved, residual = _step(pixels, x - place[:, :1], y - place[:, 1:], diameter, blur)
+        solved, residual = _step(pixels, x - position[:, :1], y - position[:, 1:], diameter, blur)
         contrast, change = solved[:, 0], solved[:, 1:5] / np.where(solved[:, :1] == 0, np.inf, solved[:, :1])
         good = (contrast * pattern.sign > MIN_CONTRAST) & (residual < 2 * np.median(residual))
         if good.sum() < MIN_DOTS:
             raise BadFrame(f'no dots: {pattern}, which are not discs; check light, focus and the parameter polarity')
-        place = np.clip(place + change[:, :2], start - typical / 2, start + typical / 2)
+        position = np.clip(position + change[:, :2], start - typical / 2, start + typical / 2)
         diameter = np.clip(diameter + change[:, 2], 0.4 * typical, 1.8 * typical)
         blur = max(blur + float(np.median(change[good, 3])), _MIN_BLUR)
     if not worn and np.mean(residual < _MAX_RESIDUAL) < MIN_DISCS:
@@ -482,6 +482,6 @@ def _step(pixels, x, y, diameter, blur) -> tuple[np.ndarray, np.ndarray]:
 
 def _noise(grey):
     """Standard deviation of pixel noise, grey levels, from the median absolute second difference; at least that of rounding."""
-    rows = grey[:len(grey) // 6 * 6].reshape(-1, 6, grey.shape[1])[:, :3].astype(np.int16)  # three of six tell as much
+    rows = grey[:len(grey) // 6 * 6].reshape(-1, 6, grey.shape[1])[:, :3].astype(np.int16)  # three of six are as good
     second = np.diff(rows[:, 0] - 2 * rows[:, 1] + rows[:, 2], 2)
     return max(float(np.median(np.abs(second))) / (0.6745 * 6), 0.3)

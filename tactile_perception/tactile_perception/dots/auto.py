@@ -91,7 +91,7 @@ def measure_any(image: np.ndarray, sign: int, make_fit: Callable) -> AnyDots:
 
 def _discs(grey, pattern, fitted: Dots, known: KnownDots | None) -> Dots:
     """Discs of about the pattern's contrast and diameter where no dot is fitted: the likeliest of those that overlap. Where dots are known,
-    those near give the diameter that each is placed with."""
+    those near give the diameter with which each is located."""
     sizes = pattern.diameter * np.array((1.0,) if len(fitted) else _SHARES)
     found = joined_peaks([find_peaks(grey, (pattern.sign,), size)[pattern.sign] for size in sizes])
     free = found.correlation > (CORRELATIONS[0] if len(fitted) else _MIN_CORRELATION)
@@ -104,7 +104,7 @@ def _discs(grey, pattern, fitted: Dots, known: KnownDots | None) -> Dots:
         near = known.near(found.uv)
         odds, size = odds + known.odds(found.logarithms(pattern.sign) - near), np.exp(near[:, 1])
     alone = without_doubles(found.uv, odds, OVERLAP * found.diameter)
-    dots = place_dots(grey, pattern.sign, found.uv[alone], size[alone])
+    dots = locate_dots(grey, pattern.sign, found.uv[alone], size[alone])
     return dots.take(without_doubles(dots.uv, dots.area, OVERLAP * np.sqrt(4 / np.pi * dots.area)))
 
 
@@ -112,7 +112,7 @@ def _joined(parts) -> Dots:
     return Dots(*(np.concatenate([getattr(part, name) for part in parts]) for name in ('uv', 'area', 'sigma')))
 
 
-def place_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: np.ndarray | float) -> Dots:
+def locate_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: np.ndarray | float) -> Dots:
     """Dots of an image (H, W) uint8 near positions uv (N, 2) px of discs of about these diameters (N,), px, or of one, as centroids of what
     is brighter than the ground around them, darker for sign -1."""
     if not len(uv):

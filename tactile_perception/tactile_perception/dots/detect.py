@@ -25,7 +25,7 @@ _SMALLEST_FRAME = 32  # px, shorter side of a frame: the detectors average over 
 _LEAST_RANGE = 4  # grey levels; less is a constant frame: above the noise of a covered camera
 
 _MAX_GROWTH, _GROWTH = 2.2, 1.15  # times the typical diameter: the largest diameter searched; and from one model to the next
-_LOST_SHARE = 0.6  # of the dots at the measurement of the appearance; with fewer, it is measured anew where that finds more
+_LOST_SHARE = 0.6  # of the dots at the measurement of the appearance; with fewer, it is measured again where that finds more
 
 # The detector of large markers
 _PER_PITCH = 1.1  # pitches, side of the box of the local mean: a little over one marker with its ground
@@ -34,13 +34,13 @@ _LOWEST = 0.13  # of the markers' contrast, threshold of the segmentation
 _SOLID = (0.975, 1.05)  # solidity of one whole marker; others are partly hidden or touch another
 _SMALL_SOLID = (0.8, 1.25)  # the same for small markers, whose pixels are coarse
 _FAINT = 0.15  # of the typical amplitude, least of a marker
-_LEAST, _MOST = 0.2, 5.0  # typical areas, smallest and largest region that is a marker
+_MIN_AREA, _MAX_AREA = 0.2, 5.0  # typical areas, smallest and largest region that is a marker
 _SQUARE = np.ones((3, 3), np.uint8)
 
 
 class DotDetector:
     """Detects printed dots. Their appearance is measured in the first image that shows some, and frozen: what is found is a function of the
-    image alone. It is measured anew, as a whole, where it no longer fits.
+    image alone. It is measured again, as a whole, where it no longer fits.
 
     polarity: 'dark' dots on bright ground or 'bright' ones on dark; method: a name in METHODS. Raises BadArgument for unknown names.
     found: what is taken for dots, where the method measures that, ''; measured: how often the appearance was measured.
@@ -172,7 +172,7 @@ def _find_regions(mask: np.ndarray, typical: float) -> _Regions:
     _, labels, stats, centre = cv2.connectedComponentsWithStatsWithAlgorithm(mask, 8, cv2.CV_32S, cv2.CCL_GRANA)
     left, top, width, height, area = stats.T
     good = (left > 0) & (top > 0) & (left + width < mask.shape[1]) & (top + height < mask.shape[0])
-    good &= (area > _LEAST * typical) & (area < _MOST * typical)
+    good &= (area > _MIN_AREA * typical) & (area < _MAX_AREA * typical)
     good[0] = False
     label = np.flatnonzero(good)
     label = label[np.lexsort((left[label], top[label]))]  # an order that does not depend on the number of threads

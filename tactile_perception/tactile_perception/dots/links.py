@@ -20,16 +20,16 @@ _KEPT_S = 2.0  # s, that a lost track is kept
 _MIN_INTERVAL_S = 1e-6  # s, between two frames: bounds velocities
 
 
-def link_places(places: np.ndarray, dots: np.ndarray, gate: float) -> np.ndarray:
-    """Links (K, 2), place and dot, between places (M, 2) and dots (N, 2), px, finite, that are each other's nearest and closer than gate,
-    px; sorted by place."""
-    if not (len(places) and len(dots)):
+def link_positions(positions: np.ndarray, dots: np.ndarray, gate: float) -> np.ndarray:
+    """Links (K, 2), position and dot, between positions (M, 2) and dots (N, 2), px, finite, that are each other's nearest and
+    closer than gate, px; sorted by position."""
+    if not (len(positions) and len(dots)):
         return np.zeros((0, 2), int)
-    away, dot = Neighbours(dots).query(places)
-    place = np.flatnonzero(away < gate)
-    dot = dot[place]
-    mutual = Neighbours(places).query(dots[dot])[1] == place
-    return np.stack([place, dot], axis=1)[mutual]
+    away, dot = Neighbours(dots).query(positions)
+    position = np.flatnonzero(away < gate)
+    dot = dot[position]
+    mutual = Neighbours(positions).query(dots[dot])[1] == position
+    return np.stack([position, dot], axis=1)[mutual]
 
 
 def is_continuous(first: np.ndarray, now: np.ndarray) -> np.ndarray:
@@ -50,7 +50,7 @@ class Linker:
     """Tracks the dots of a pattern without a grid.
 
     The displacement of a sensor's skin is continuous, and a regular pattern that moves by half its spacing looks like one that moved by as
-    much the other way. Links that contradict those of their neighbours, or another motion that is nearly as probable, are none
+    much in the opposite direction. Links that contradict those of their neighbours, or another motion that is nearly as probable, are none
     (`src/dots/links.hpp`). A dot that appears later is reported once it is confirmed; ids are never used again.
 
     Parameters

@@ -3,7 +3,7 @@
 """Numbers of dots, by name of the method: row and column on a printed grid, or tracks and registration of other patterns.
 
 On a grid relative rows and columns follow from one image, by links and, over gaps, by extrapolation (kernel: src/dots/lattice.cpp). Their
-origin on the print follows where all printed rows and columns are seen. If an outer row is missing, the last certain frame tells it where
+origin on the print follows where all printed rows and columns are seen. If an outer row is missing, the last certain frame shows it where
 the pattern's irregularity (print, lens, press) excludes a shift by a pitch; else no dot has a number.
 """
 from __future__ import annotations
@@ -31,11 +31,11 @@ _CLIPPED_SHARE = 0.75  # of the median row, most dots of an outer row that may b
 _MOST_CLIPPED = 2  # surplus rows that may be dropped
 _NEAR = 0.35  # pitches within which a dot continues one of the last frame: below half a pitch
 _STAYED_SHARE = 0.8  # of the dots, that must continue for the last numbers to be used
-_STILL = 0.2  # pitches, largest median motion from the last frame that needs less evidence
+_MAX_STILL_MOTION = 0.2  # pitches, largest median motion from the last frame that needs less evidence
 _UNEVEN_RATIO = 0.5  # spread of motions at the right numbers over that one row off, below which it is excluded
-_STILL_RATIO = 0.8  # the same where little moved: an even grid, which cannot tell, has one
+_STILL_RATIO = 0.8  # the same where little moved: an even grid, which shows no difference, has one
 _FEWEST_MOVES = 8  # motions that give a spread
-_SAMPLE = 20  # dots whose nearest ones of the last frame tell the offset: bounds the time
+_SAMPLE = 20  # dots whose nearest ones of the last frame give the offset: bounds the time
 
 # A grid of unknown size
 _ON_GRID = 0.8  # of the dots, least that form the grid: more are missed or false on no sensor that could be used
@@ -55,9 +55,9 @@ def number_grid(uv: np.ndarray, rows: int, columns: int) -> GridNumbers:
 class GridNumbering:
     """Row and column of dots on a printed grid of rows x columns; row 0 on top, column 0 left. Rows may be rotated by up to 38 degrees.
 
-    Each frame is numbered anew; the last certain one, or the first, tells which rows are seen where some are hidden or more come into view.
-    whole: whether the print has no more rows and columns; then an image of so many tells them alone. Raises BadArgument for a grid smaller
-    than 2 x 2.
+    Each frame is numbered by itself; the last certain one, or the first, shows which rows are seen where some are hidden or more come into
+    view. whole: whether the print has no more rows and columns; then an image of so many shows them alone. Raises BadArgument for a grid
+    smaller than 2 x 2.
     """
 
     def __init__(self, rows: int, columns: int, whole: bool = True):
@@ -113,7 +113,7 @@ class _NotCertain(Exception):
 class _Origin:
     """What to add to relative rows and columns rc (N, 2) of dots at uv (N, 2) px to get printed ones. The last certain frame, before
     (rows * columns, 2) px or None, decides where the irregularity of the pattern excludes a shift by a pitch; else one image does where all
-    printed rows and columns are seen. whole: whether the print has no more than these; else one image alone tells nothing."""
+    printed rows and columns are seen. whole: whether the print has no more than these; else one image alone shows nothing."""
 
     def __init__(self, uv: np.ndarray, rc: np.ndarray, pitch: float, printed: tuple[int, int], before: np.ndarray | None, whole: bool):
         self._uv, self._rc, self._pitch, self._printed, self._before, self._whole = uv, rc, pitch, printed, before, whole
@@ -160,7 +160,7 @@ class _Origin:
             moved = np.hypot(*self._moves(offset).T)
             stayed = moved < _NEAR * self._pitch
             if np.count_nonzero(stayed) >= max(_STAYED_SHARE * min(len(self._uv), np.isfinite(self._before[:, 0]).sum()), 1):
-                self._still = upper_median(moved[stayed]) < _STILL * self._pitch
+                self._still = upper_median(moved[stayed]) < _MAX_STILL_MOTION * self._pitch
                 return offset
         return None
 

@@ -9,11 +9,11 @@ import numpy as np
 from ..common.dots import Dots
 from ..common.neighbours import Neighbours
 from ..core.errors import BadArgument, BadFrame
-from .links import FARTHEST, link_places
+from .links import FARTHEST, link_positions
 
-FEWEST, MOST = 8, 3000  # dots of a pattern; more take minutes and gigabytes
+MIN_DOTS, MAX_DOTS = 8, 3000  # dots of a pattern; more take minutes and gigabytes
 MODES = 40  # smooth modes besides the affine ones
-REACH = 3.0  # spacings, width of the Gaussian kernel of the displacement
+KERNEL_WIDTH = 3.0  # spacings, width of the Gaussian kernel of the displacement
 STIFFNESS = 1.0  # regularisation of the modes
 COARSE, MIDDLE, FINE, COOLING = 1.5, 0.7, 0.15, 0.82  # spacings, width of the mixture: starts and end; and its factor per step
 OUTLIERS = 0.1  # density of outliers over that of the pattern
@@ -25,14 +25,15 @@ NEARLY_ALL = 0.985  # of the pattern, matches at which no wider start is tried. 
 
 
 class Pattern:
-    """Untouched positions uv (K, 2) px of a pattern's dots. Raises BadArgument for fewer than eight, more than MOST, or collinear ones."""
+    """Untouched positions uv (K, 2) px of a pattern's dots. Raises BadArgument for fewer than MIN_DOTS, more than MAX_DOTS, or
+    collinear ones."""
 
     def __init__(self, uv: np.ndarray):
         uv = np.array(uv, np.float64)
-        if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < FEWEST or not (np.abs(uv) < FARTHEST).all():
-            raise BadArgument(f'a pattern needs at least {FEWEST} finite positions (K, 2), got shape {uv.shape}')
-        if len(uv) > MOST:
-            raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, the most is {MOST}; give rows and columns of a grid')
+        if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < MIN_DOTS or not (np.abs(uv) < FARTHEST).all():
+            raise BadArgument(f'a pattern needs at least {MIN_DOTS} finite positions (K, 2), got shape {uv.shape}')
+        if len(uv) > MAX_DOTS:
+            raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, at most {MAX_DOTS}; give rows and columns of a grid')
         self.uv = uv
         distance = Neighbours(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
         self.spacing = np.mean(distance[0][:, 1:4], axis=1)
@@ -50,21 +51,21 @@ class Pattern:
         id = np.full(len(uv), -1)
         if len(good) < LEAST_MATCHED * len(self.uv):
             return id
-        place, dot = np.zeros((2, 0), np.int64)
+        printed, dot = np.zeros((2, 0), np.int64)
         moved = self.uv + np.median(uv[good], axis=0) - np.median(self.uv, axis=0)
         for start, width in ((self.uv, MIDDLE), (self.uv, COARSE), (moved, COARSE)):
-            place, dot = max((place, dot), self._from(start, width, uv[good]), key=lambda answer: len(answer[0]))
-            if len(place) >= NEARLY_ALL * len(self.uv):
+            printed, dot = max((printed, dot), self._from(start, width, uv[good]), key=lambda answer: len(answer[0]))
+            if len(printed) >= NEARLY_ALL * len(self.uv):
                 break
-        if len(place) >= LEAST_MATCHED * len(self.uv):
-            id[good[dot]] = place
+        if len(printed) >= LEAST_MATCHED * len(self.uv):
+            id[good[dot]] = printed
         return id
 
     def _modes(self):
         """Affine and smooth modes of displacement (K, 3 + M), and their regularisation (3 + M,)."""
         scaled = (self.uv - self._middle) / self._unit
         square = ((scaled[:, None] - scaled)**2).sum(axis=2)
-        size, modes = np.linalg.eigh(np.exp(-square / (2 * REACH**2)))
+        size, modes = np.linalg.eigh(np.exp(-square / (2 * KERNEL_WIDTH**2)))
         size, modes = size[::-1][:MODES], modes[:, ::-1][:, :MODES]
         kept = size > 1e-6 * size[0]
         affine = np.column_stack([np.ones(len(scaled)), scaled])
@@ -76,9 +77,9 @@ class Pattern:
         while width > FINE:
             warped = self._step(start, warped, uv, width * self._unit)
             width *= COOLING
-        place, dot = link_places(warped, uv, GATE * self._unit).T
-        agrees = self._agreeing(place, uv[dot])
-        return place[agrees], dot[agrees]
+        printed, dot = link_positions(warped, uv, GATE * self._unit).T
+        agrees = self._agreeing(printed, uv[dot])
+        return printed[agrees], dot[agrees]
 
     def _step(self, start, warped, uv, width):
         """Positions (K, 2) px after one step of expectation and maximisation."""
@@ -93,11 +94,11 @@ class Pattern:
         matrix[np.diag_indices_from(matrix)] += self._cost * (width / self._unit)**2
         return start + self._basis @ np.linalg.solve(matrix, self._basis.T @ pull)
 
-    def _agreeing(self, place, uv):
+    def _agreeing(self, printed, uv):
         """(M,) bool: matches near the affine prediction of their neighbours."""
         moved = np.full_like(self.uv, np.nan)
-        moved[place] = uv
-        return (np.hypot(*(moved - _by_neighbours(self.uv, moved, self._near)).T) < DISAGREE * self._unit)[place]
+        moved[printed] = uv
+        return (np.hypot(*(moved - _by_neighbours(self.uv, moved, self._near)).T) < DISAGREE * self._unit)[printed]
 
 
 def _by_neighbours(rest, moved, near):

@@ -21,7 +21,7 @@ from ..core.errors import BadArgument
 from .links import FARTHEST
 
 _CALIBRATED = 10  # untouched frames: weight of calibrated positions where the camera has not moved since: as the usual `frames`
-_FEWEST = 30  # dots for a judgement
+_MIN_DOTS = 30  # dots for a judgement
 _ROUNDS = 3  # of a robust fit
 _RIDGE = 1e-12  # of its normal equations, for collinear dots
 # With calibrated positions
@@ -29,7 +29,7 @@ _NEIGHBOURS = 4
 _SHARED_PART, _SHARED_SIZE = 0.4, 0.1  # correlation of neighbours' residuals, and px, beyond which it is a press: slow sagging is less
 _KEPT = 80  # percent of the dots with the least residuals that a fit uses
 _STILLEST = 10  # percent of the dots, those that a press moves least
-_STILL = 0.2  # pitches, their largest motion: a pressed dome leans as a whole
+_MAX_STILL_MOTION = 0.2  # pitches, their largest motion: a pressed dome leans as a whole
 _STAYED = 0.05  # px, median distance from the calibrated positions of a camera that has not moved: the noise is less
 # By the shape of the grid
 _DEGREE = 5  # of the polynomial in row and column: fits a lens and a dome, not a press
@@ -38,7 +38,7 @@ _GRID_KEPT = 85  # percent
 _VIEW_STEPS, _VIEW_STEP = 8, 0.3  # steps of the fit of the view, and the largest one, in half sizes of the grid
 _SLOPE, _VIEW_RANK = 1e-4, 1e-5  # differences of its numerical derivatives; a view without distortion shows no centre of it
 # Contact: by deviations from the motion that all dots share (kernel: src/dots/deviation.cpp)
-# What a contact leaves behind (creep of the pad, shifted print) looks like a small lasting one, and is followed as drift: it is small,
+# What a contact leaves behind (creep of the pad, shifted print) looks like a small persistent one, and is followed as drift: it is small,
 # small against the contact before it, and still for some time.
 _RELEASED, _LARGEST = 0.15, 1.0  # of the largest size of a contact, and px, largest residue
 _SETTLED_S = 3.0  # s without motion
@@ -68,7 +68,7 @@ class CalibratedRest:
         """Whether reference positions uv (N, 2) px (NaN: not seen) of dots id (N,) are untouched."""
         both = np.flatnonzero((id < len(self.uv)) & np.isfinite(uv).all(axis=1))
         both = both[np.isfinite(self.uv[id[both]]).all(axis=1)]
-        if len(both) < _FEWEST:
+        if len(both) < _MIN_DOTS:
             return RestJudgement()
         rest = self.uv[id[both]]
         off = uv[both] - rest
@@ -78,7 +78,7 @@ class CalibratedRest:
         shared = float(np.sqrt(2 * max(together, 0.0)))
         if together <= _SHARED_PART * square or shared <= _SHARED_SIZE:
             return RestJudgement(stayed=bool(np.median(np.hypot(*off.T)) <= _STAYED))
-        known = np.percentile(np.hypot(*off.T), _STILLEST) <= _STILL * np.median(distance[:, 0])
+        known = np.percentile(np.hypot(*off.T), _STILLEST) <= _MAX_STILL_MOTION * np.median(distance[:, 0])
         seen = f'the first dots are off their calibrated untouched positions ({shared:.2f} px shared by neighbours)'
         if known:
             return RestJudgement(True, True, f'{seen}: the sensor was touched when the reference was taken. The calibrated positions are '
@@ -147,11 +147,11 @@ class Reference:
                 self._add(id[~known], uv[~known])
                 if self._known is not None and self._known.judge(self.id, self.uv).pressed:
                     self._begin(self.id, self.uv, columns)  # with the dots that were added it does not show an untouched sensor
-            duv = uv - self.places(id)
+            duv = uv - self.positions(id)
         self._stamp_s = stamp_s
         return duv
 
-    def places(self, id: np.ndarray) -> np.ndarray:
+    def positions(self, id: np.ndarray) -> np.ndarray:
         """Reference positions (N, 2) px of dots id (N,), NaN where unknown."""
         at, known = _find(id, self.id)
         return np.where(known[:, None], self.uv[at], np.nan) if self.taken else np.full((len(id), 2), np.nan)
@@ -219,9 +219,9 @@ class _Contact:
 
     def _rests(self, id, uv, sigma) -> bool:
         """Whether nearly all dots are where they came to rest."""
-        then, place = self._still
+        then, position = self._still
         at, both = _find(id, then)
-        off = uv.compress(both, axis=0) - place.take(at[both], axis=0)
+        off = uv.compress(both, axis=0) - position.take(at[both], axis=0)
         square = np.einsum('nk,nk->n', off, off)
         if len(square) < max(1, _SAME_SHARE * max(len(id), len(then))):
             return False
@@ -244,21 +244,21 @@ def _find(id: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
     """Why dots id (N,) at uv (N, 2) px on a grid with that many columns may be touched; empty if nothing suggests it."""
-    if len(id) < _FEWEST:
+    if len(id) < _MIN_DOTS:
         return ''
     row, column = np.divmod(id, columns)
-    places = np.full((np.ptp(row) + 1, np.ptp(column) + 1, 2), np.nan)  # from the first to the last row and column seen
-    places[row - row.min(), column - column.min()] = uv
-    steps = np.linalg.norm(np.diff(places, axis=1), axis=2)
+    positions = np.full((np.ptp(row) + 1, np.ptp(column) + 1, 2), np.nan)  # from the first to the last row and column seen
+    positions[row - row.min(), column - column.min()] = uv
+    steps = np.linalg.norm(np.diff(positions, axis=1), axis=2)
     pitch = np.nanmedian(steps) if np.isfinite(steps).any() else np.nan
-    warning = _unlike(places, pitch)
-    return warning and _unlike(places - _view(places), pitch)
+    warning = _unlike(positions, pitch)
+    return warning and _unlike(positions - _view(positions), pitch)
 
 
-def _unlike(places, pitch) -> str:
-    """Why a grid at places (rows, columns, 2) px may be touched; empty where it is smooth and, up to a tilt, point symmetric."""
-    mirrored, degree = (places + places[::-1, ::-1]) / 2, max(1, min(_DEGREE, min(places.shape[:2]) - 3))
-    for name, grid, most, even in (('is not symmetric', mirrored, 2, True), ('has a dent or a bulge', places, degree, False)):
+def _unlike(positions, pitch) -> str:
+    """Why a grid at positions (rows, columns, 2) px may be touched; empty where it is smooth and, up to a tilt, point symmetric."""
+    mirrored, degree = (positions + positions[::-1, ::-1]) / 2, max(1, min(_DEGREE, min(positions.shape[:2]) - 3))
+    for name, grid, most, even in (('is not symmetric', mirrored, 2, True), ('has a dent or a bulge', positions, degree, False)):
         size, part = _shared(_grid_residual(grid, most, even))
         if part > _GRID_PART and size > _GRID_SIZE * pitch:
             return (f'the grid of dots {name} ({size:.2f} px shared by neighbours): it may have been touched when the reference was taken. '
@@ -267,7 +267,7 @@ def _unlike(places, pitch) -> str:
 
 
 def _affine(uv) -> np.ndarray:
-    """Basis (N, 3) of affine motions of places uv (N, 2)."""
+    """Basis (N, 3) of affine motions of positions uv (N, 2)."""
     return np.concatenate([np.ones((len(uv), 1)), uv - uv[0]], axis=1)
 
 
@@ -285,14 +285,14 @@ def _robust_residual(basis, values, kept_percent) -> np.ndarray:
     return left
 
 
-def _view(places) -> np.ndarray:
-    """Positions (rows, columns, 2) px of a flat regular grid under the homography and radial distortion that fit places (same shape, NaN:
-    unknown) best, by robust Gauss-Newton steps."""
-    rows, columns = places.shape[:2]
+def _view(positions) -> np.ndarray:
+    """Positions (rows, columns, 2) px of a flat regular grid under the homography and radial distortion that fit positions (same shape,
+    NaN: unknown) best, by robust Gauss-Newton steps."""
+    rows, columns = positions.shape[:2]
     size = max(rows, columns) / 2
     row, column = np.indices((rows, columns)).reshape(2, -1)
     index = np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2, np.full(len(row), size)], axis=1) / size
-    target, known = places.reshape(-1, 2), np.isfinite(places[:, :, 0]).ravel()
+    target, known = positions.reshape(-1, 2), np.isfinite(positions[:, :, 0]).ravel()
     affine = np.linalg.lstsq(index[known], target[known], rcond=None)[0]
     scale = max(float(np.abs(affine[:2]).max()), 1e-9)
 
@@ -310,17 +310,17 @@ def _view(places) -> np.ndarray:
         kept = np.flatnonzero(known)[square <= _ranked(square, _GRID_KEPT / 100 * (len(square) - 1))]
         change = np.linalg.lstsq(slope[kept].reshape(-1, len(values)), residual[kept].ravel(), rcond=_VIEW_RANK)[0]
         values += np.clip(change, -_VIEW_STEP, _VIEW_STEP)
-    return seen(values).reshape(places.shape)
+    return seen(values).reshape(positions.shape)
 
 
-def _grid_residual(places, degree, even) -> np.ndarray:
-    """Residuals of a robust polynomial fit of places (rows, columns, 2) in row and column, of all terms or the even ones."""
-    row, column = np.nonzero(np.isfinite(places[:, :, 0]))
-    residual = np.full_like(places, np.nan)
-    y, x = (2 * k / max(n - 1, 1) - 1 for k, n in zip((row, column), places.shape))
+def _grid_residual(positions, degree, even) -> np.ndarray:
+    """Residuals of a robust polynomial fit of positions (rows, columns, 2) in row and column, of all terms or the even ones."""
+    row, column = np.nonzero(np.isfinite(positions[:, :, 0]))
+    residual = np.full_like(positions, np.nan)
+    y, x = (2 * k / max(n - 1, 1) - 1 for k, n in zip((row, column), positions.shape))
     terms = [x**i * y**j for i in range(degree + 1) for j in range(degree + 1 - i) if not even or (i + j) % 2 == 0]
     if len(row) >= 2 * len(terms):
-        residual[row, column] = _robust_residual(np.stack(terms, axis=1), places[row, column], _GRID_KEPT)
+        residual[row, column] = _robust_residual(np.stack(terms, axis=1), positions[row, column], _GRID_KEPT)
     return residual
 
 

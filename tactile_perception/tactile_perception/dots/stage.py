@@ -20,7 +20,7 @@ from ..core.stage import Input
 from .parameters import DOT_PARAMETERS, DOTS
 from .tracker import DotTracker, tracker_options
 
-_IMAGES = Input('image_raw', Image, depth=10)  # after a retransmission several arrive at once; chosen
+_IMAGES = Input('image_raw', Image, depth=10)  # after a retransmission several arrive at once
 _DOTS = Input('dots', DotTracksMessage, depth=1)
 
 

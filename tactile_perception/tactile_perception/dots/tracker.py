@@ -90,8 +90,8 @@ class DotTracker:
     detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'), or AUTO:
     rows and columns that are 0 are those of the first frame's dots where these form a grid; detector: an object with detect(image) -> Dots
     that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to register, the first
-    frame's dots by default; as_tracks: a Reference of dots that are reported as tracks while their places on the grid are not certain, None
-    to refuse such frames; mask: what of the image shows the sensor, None for all; positions: 3D positions of the dots, an object with
+    frame's dots by default; as_tracks: a Reference of dots that are reported as tracks while their positions on the grid are not certain,
+    None to refuse such frames; mask: what of the image shows the sensor, None for all; positions: 3D positions of the dots, an object with
     locate(image, tracks, stamp_s) -> (N, 3) m in the sensor frame, NaN: unknown, warning, why there are none, '', and reset(), which drops
     what depends on the reference; seam: px, column of an image stitched from two cameras beyond which the right one sees. Raises
     BadArgument for unknown names and bad sizes.
@@ -133,9 +133,9 @@ class DotTracker:
             self._positions.reset()
 
     def _start_again(self, stamp_s: float) -> None:
-        """Take a new reference, of dots whose appearance was measured anew."""
+        """Take a new reference, of dots whose appearance was measured again."""
         self.set_reference()
-        self._changed = (f'at {stamp_s:.1f} s the dots no longer looked as before; their appearance was measured anew '
+        self._changed = (f'at {stamp_s:.1f} s the dots no longer looked as before; their appearance was measured again '
                          f'({self._detector.found or "other dots"}) and a new reference taken. Release the sensor, then call set_reference')
         if self._auto:
             self.rows, self.columns, self._search_grid = 0, 0, True

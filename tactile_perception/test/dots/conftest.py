@@ -29,7 +29,7 @@ def draw_dots():
 
 @pytest.fixture
 def lattice():
-    """(48, 2) places off the pixel grid at a pitch of 18 px, and (48,) diameters of 5 to 9 px."""
+    """(48, 2) positions off the pixel grid at a pitch of 18 px, and (48,) diameters of 5 to 9 px."""
     rng = np.random.default_rng(5)
     row, column = np.divmod(np.arange(48), 8)
     return np.stack([15 + 18.3 * column, 14 + 18.1 * row], 1) + rng.uniform(-0.4, 0.4, (48, 2)), rng.uniform(5, 9, 48)

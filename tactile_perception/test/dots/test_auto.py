@@ -12,12 +12,12 @@ from other_sheets import SHEETS, Film, score
 
 from tactile_perception.core.errors import BadFrame
 from tactile_perception.dots.appearance import find_candidates
-from tactile_perception.dots.auto import place_dots
+from tactile_perception.dots.auto import locate_dots
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.tracker import DotTracker
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
-FOUND = {'lamps': 0.85}  # of 0.9: an exact place in the glow of a lamp is not certain
+FOUND = {'lamps': 0.85}  # of 0.9: an exact position in the glow of a lamp is not certain
 
 
 @pytest.mark.parametrize('name', SHEETS)
@@ -92,9 +92,9 @@ def photographed(draw_dots, noise=2.0, bright=True, ground=40.0):
 
 
 @pytest.mark.parametrize('bright', [True, False])
-def test_dots_are_placed_from_rough_places(draw_dots, bright):
+def test_dots_are_located_from_rough_positions(draw_dots, bright):
     start = OFF_GRID + np.random.default_rng(3).uniform(-2, 2, OFF_GRID.shape)
-    dots = place_dots(photographed(draw_dots, bright=bright), 1 if bright else -1, start, 22.0)
+    dots = locate_dots(photographed(draw_dots, bright=bright), 1 if bright else -1, start, 22.0)
     assert np.sqrt(((dots.uv - OFF_GRID)**2).mean()) < 0.13
     np.testing.assert_allclose(2 * np.sqrt(dots.area / np.pi), DIAMETERS, rtol=0.1)
 
@@ -162,8 +162,8 @@ def test_an_image_of_a_recording_shows_the_same_dots_whenever_and_however_it_com
 def reflections():
     rng, image = np.random.default_rng(2), np.full((240, 320), 40, np.uint8)
     for _ in range(14):
-        size, place = int(rng.integers(2, 20)), (int(rng.integers(10, 310)), int(rng.integers(10, 230)))
-        cv2.ellipse(image, place, (size, max(2, size // 3)), float(rng.uniform(0, 180)), 0, 360, int(rng.integers(120, 255)), -1)
+        size, position = int(rng.integers(2, 20)), (int(rng.integers(10, 310)), int(rng.integers(10, 230)))
+        cv2.ellipse(image, position, (size, max(2, size // 3)), float(rng.uniform(0, 180)), 0, 360, int(rng.integers(120, 255)), -1)
     return cv2.GaussianBlur(image, (0, 0), 1.5)
 
 
@@ -247,18 +247,18 @@ def test_other_dots_give_a_new_appearance_a_new_reference_and_a_word():
     assert not tracker.warning
     tracks = tracker.process(Film(SHEETS['lamps']).frame(0)[0], 1.0)
     assert len(tracks) > 100 and not tracks.duv.any()
-    assert 'bright' in tracker.found and 'measured anew' in tracker.warning
+    assert 'bright' in tracker.found and 'measured again' in tracker.warning
     tracker.set_reference()
-    assert 'measured anew' not in tracker.warning
+    assert 'measured again' not in tracker.warning
 
 
 def test_candidates_are_all_blobs_with_their_signs_and_nothing_without_any():
     image = np.full((200, 300), 120, np.uint8)
-    place = np.array([(30 + 40 * (k % 6), 30 + 40 * (k // 6)) for k in range(24)])
-    for k, (x, y) in enumerate(place.tolist()):
+    position = np.array([(30 + 40 * (k % 6), 30 + 40 * (k // 6)) for k in range(24)])
+    for k, (x, y) in enumerate(position.tolist()):
         cv2.circle(image, (x, y), 6, 20 if k < 18 else 220, -1)
     found = find_candidates(image, 0)
-    for sign, wanted in ((-1, place[:18]), (1, place[18:])):
+    for sign, wanted in ((-1, position[:18]), (1, position[18:])):
         off = np.linalg.norm(found[sign].uv[:, None] - wanted, axis=2)
         assert off.shape == (len(wanted), len(wanted)) and off.min(axis=0).max() < 1.5
         assert np.abs(found[sign].diameter - 13).max() < 5

@@ -32,7 +32,7 @@ def noisy(image, noise, seed=0):
 
 
 def nearest(dots, uv):
-    """Index of the dot nearest to each place, and its distance."""
+    """Index of the dot nearest to each position, and its distance."""
     distance = np.hypot(*(uv[:, None] - dots.uv).transpose(2, 0, 1))
     return distance.argmin(1), distance.min(1)
 
@@ -208,14 +208,14 @@ SHAPE = (200, 260)
 
 @pytest.fixture
 def markers():
-    """(30, 2) places off the pixel grid at a pitch of 40 px, and (30,) diameters of 18 to 22 px."""
+    """(30, 2) positions off the pixel grid at a pitch of 40 px, and (30,) diameters of 18 to 22 px."""
     rng = np.random.default_rng(3)
     row, column = np.divmod(np.arange(30), 6)
     return np.stack([29 + 40.2 * column, 21 + 39.7 * row], 1) + rng.uniform(-0.5, 0.5, (30, 2)), rng.uniform(18, 22, 30)
 
 
 def errors(dots, uv):
-    """(N, 2) px of the dots from the nearest of places uv, and which of them that is."""
+    """(N, 2) px of the dots from the nearest of positions uv, and which of them that is."""
     nearest = np.hypot(*(dots.uv[:, None] - uv).transpose(2, 0, 1)).argmin(1)
     return dots.uv - uv[nearest], nearest
 

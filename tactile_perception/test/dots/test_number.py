@@ -11,7 +11,7 @@ from hypothesis import example, given, settings, strategies as st
 
 from tactile_perception.common.dots import Dots
 from tactile_perception.core.errors import BadArgument, BadFrame
-from tactile_perception.dots.links import Linker, link_places
+from tactile_perception.dots.links import Linker, link_positions
 from tactile_perception.dots.number import GridNumbering, find_lattice, number_grid
 from tactile_perception.dots.pattern import Pattern, PatternNumbers
 
@@ -82,12 +82,12 @@ def test_from_nothing_no_number_is_wrong(scene):
 def test_a_fast_move_between_two_frames_changes_no_number(pitches):
     rng = np.random.default_rng(int(10 * pitches))
     for scene in ('plain', 'missing, merged and false', 'dragged'):
-        for way in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        for shift in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             numbering = after(make_grid(rng)[0], 23, 23)
-            uv, number = make_grid(rng, **SCENES[scene], shift=np.array(way) * pitches)
+            uv, number = make_grid(rng, **SCENES[scene], shift=np.array(shift) * pitches)
             wrong, missed, count = score(numbering.number(uv), number)
             assert wrong == 0
-            assert missed <= 0.02 * count or pitches == 3  # a row has left by then, and the move is too far to tell which
+            assert missed <= 0.02 * count or pitches == 3  # a row has left by then, and the move is too far to know which
 
 
 @pytest.mark.parametrize(('rows', 'columns'), [(23, 25), (20, 23), (13, 9)])
@@ -179,8 +179,8 @@ def test_a_grid_that_slides_under_a_rim_gets_right_numbers_or_none(seed, speed):
     row, column = np.divmod(np.arange(35), 5)
     printed = np.stack([column - 2.0, row - 3.0], axis=1) + rng.normal(0, 0.01, (35, 2))
     numbering, numbered = GridNumbering(7, 5), 0
-    for way in np.r_[np.arange(0, 2, speed), np.arange(2, -2, -speed), np.arange(-2, 2, speed)]:
-        p = printed + [0.2 * way, way]
+    for shift in np.r_[np.arange(0, 2, speed), np.arange(2, -2, -speed), np.arange(-2, 2, speed)]:
+        p = printed + [0.2 * shift, shift]
         uv = 40.0 * p * (1 - 0.004 * (p**2).sum(axis=1, keepdims=True)) + [320, 240] + rng.normal(0, 0.05, p.shape)
         seen = (np.abs(uv[:, 1] - 240) < 132) & (rng.uniform(size=35) > 0.03)
         found = numbering.number(uv[seen])
@@ -194,8 +194,8 @@ def test_rows_that_were_not_configured_come_into_view_and_change_no_number():
     row, column = np.divmod(np.arange(35), 5)
     printed = np.stack([column, row], axis=1) * [1.0, 1.0] + np.random.default_rng(0).normal(0, 0.01, (35, 2))
     numbering = GridNumbering(5, 5)
-    for way in np.arange(0, 2.01, 0.1):
-        uv = 40.0 * (printed - [0, way]) + 60.0
+    for shift in np.arange(0, 2.01, 0.1):
+        uv = 40.0 * (printed - [0, shift]) + 60.0
         seen = (uv[:, 1] > 40) & (uv[:, 1] < 239)
         id = numbering.number(uv[seen]).id
         assert np.array_equal(id, np.where(np.flatnonzero(seen) < 25, np.flatnonzero(seen), -1))
@@ -207,9 +207,9 @@ def test_a_grid_of_which_an_image_showed_ten_rows_is_never_a_row_off(seed):
     rng, numbered = np.random.default_rng(seed), 0
     row, column = np.divmod(np.arange(14 * 12), 12)
     printed, numbering = np.stack([column, row], axis=1) + rng.normal(0, 0.03, (len(row), 2)), GridNumbering(10, 12, whole=False)
-    for way in np.r_[0, 0, np.arange(0, 0.75, 0.05), 0.15, 0, 0]:
-        uv = 67.0 * (printed + [0.3 * way, way] * (1 + np.exp(-((printed - [6, 7])**2).sum(axis=1, keepdims=True) / 8))) + [40, -80]
-        seen = (uv[:, 1] > 15) & (uv[:, 1] < 705) & ((rng.uniform(size=len(row)) > 0.3) | (way == 0))
+    for shift in np.r_[0, 0, np.arange(0, 0.75, 0.05), 0.15, 0, 0]:
+        uv = 67.0 * (printed + [0.3 * shift, shift] * (1 + np.exp(-((printed - [6, 7])**2).sum(axis=1, keepdims=True) / 8))) + [40, -80]
+        seen = (uv[:, 1] > 15) & (uv[:, 1] < 705) & ((rng.uniform(size=len(row)) > 0.3) | (shift == 0))
         found, number = numbering.number(uv[seen]), np.arange(len(row))[seen] - 24
         assert (found.id[found.id >= 0] == number[found.id >= 0]).all()
         numbered += found.certain
@@ -262,14 +262,14 @@ def scattered(rng, count=200, apart=18.0):
     """(count, 2) px, at random but not nearer to each other than that."""
     uv = np.zeros((0, 2))
     while len(uv) < count:
-        place = rng.uniform(0, 480, 2)
-        if not len(uv) or np.hypot(*(uv - place).T).min() > apart:
-            uv = np.vstack([uv, place])
+        position = rng.uniform(0, 480, 2)
+        if not len(uv) or np.hypot(*(uv - position).T).min() > apart:
+            uv = np.vstack([uv, position])
     return uv
 
 
 def pressed(uv, rng):
-    """The places when something swells the middle of the image by up to two spacings, and all shifts."""
+    """The positions when something swells the middle of the image by up to two spacings, and all shifts."""
     centre, height, width = rng.uniform(100, 380, 2), rng.uniform(20, 50), rng.uniform(60, 100)
     off = uv - centre
     return uv + height / width * off * np.exp(-(off**2).sum(1) / (2 * width**2))[:, None] + rng.normal(0, 8, 2)
@@ -370,14 +370,14 @@ def update(linker, uv, stamp_s):
     return linker.update(Dots(uv, np.ones(len(uv)), np.ones(len(uv))), stamp_s)
 
 
-@given(seed=SEEDS, places=st.integers(0, 40), dots=st.integers(0, 40), gate=st.floats(0.1, 60))
+@given(seed=SEEDS, positions=st.integers(0, 40), dots=st.integers(0, 40), gate=st.floats(0.1, 60))
 @settings(max_examples=100, deadline=None)
-def test_places_and_dots_that_are_each_others_nearest_are_linked(seed, places, dots, gate):
+def test_positions_and_dots_that_are_each_others_nearest_are_linked(seed, positions, dots, gate):
     rng = np.random.default_rng(seed)
-    p, d = rng.uniform(0, 100, (places, 2)), rng.uniform(0, 100, (dots, 2))
+    p, d = rng.uniform(0, 100, (positions, 2)), rng.uniform(0, 100, (dots, 2))
     away = np.linalg.norm(p[:, None] - d, axis=2)
     mutual = [(i, j) for i, j in np.ndindex(away.shape) if away[i, j] < gate and away[i, j] == away[i].min() == away[:, j].min()]
-    assert [tuple(link) for link in link_places(p, d, gate).tolist()] == mutual
+    assert [tuple(link) for link in link_positions(p, d, gate).tolist()] == mutual
 
 
 def test_numbers_stay_through_a_drag_of_two_spacings():

@@ -27,7 +27,7 @@ SHAPE = (120, 160)
 
 @pytest.fixture
 def picture(draw_dots):
-    """(12, 2) places of discs 16 px across, and a picture of them, green on dark."""
+    """(12, 2) positions of discs 16 px across, and a picture of them, green on dark."""
     uv = np.stack([20.2 + 40.1 * (np.arange(12) % 4), 20.4 + 40.3 * (np.arange(12) // 4)], 1)
     inside = draw_dots(uv, np.full(12, 16.0), SHAPE, 1.0, 0.0, 1.0)
     noise = np.random.default_rng(1).normal(0, 2, (*SHAPE, 3))

@@ -152,10 +152,10 @@ MIDDLE = SHEET.mean(axis=0)
 KNOWN = CalibratedRest(SHEET)
 
 
-def press(place, size, width=100.0):
-    """A press's displacements, px: outwards from the image's middle, most beside the place pressed."""
-    bell = np.exp(-((SHEET - place)**2).sum(axis=1) / (2 * width**2))
-    return size * bell[:, None] * (SHEET - MIDDLE) / 150 + 0.2 * size * bell[:, None] * (SHEET - place) / width
+def press(middle, size, width=100.0):
+    """A press's displacements, px: outwards from the image's middle, most beside the middle pressed."""
+    bell = np.exp(-((SHEET - middle)**2).sum(axis=1) / (2 * width**2))
+    return size * bell[:, None] * (SHEET - MIDDLE) / 150 + 0.2 * size * bell[:, None] * (SHEET - middle) / width
 
 
 def noise(size, seed=0):
@@ -170,10 +170,10 @@ def test_what_is_no_press_is_none(moved):
         assert not judged.pressed and judged.reason == ''
 
 
-@pytest.mark.parametrize('place', [(140.0, 120.0), (330.0, 250.0), (520.0, 200.0)])
+@pytest.mark.parametrize('middle', [(140.0, 120.0), (330.0, 250.0), (520.0, 200.0)])
 @pytest.mark.parametrize('size', [1.0, 5.0, 15.0])
-def test_a_press_is_one_and_the_calibrated_places_hold(place, size):
-    judged = KNOWN.judge(SHEET_ID, SHEET + press(place, size) + noise(0.05))
+def test_a_press_is_one_and_the_calibrated_positions_hold(middle, size):
+    judged = KNOWN.judge(SHEET_ID, SHEET + press(middle, size) + noise(0.05))
     assert judged.pressed and judged.known and 'was touched' in judged.reason
 
 
@@ -201,10 +201,10 @@ def test_untouched(seed):
     assert rest_warning(id, uv, 23) == ''
 
 
-@pytest.mark.parametrize('place', [(0.0, 0.0), (4.0, 0.0), (-3.0, 5.0)])
-def test_a_press_of_a_quarter_pitch(place):
+@pytest.mark.parametrize('middle', [(0.0, 0.0), (4.0, 0.0), (-3.0, 5.0)])
+def test_a_press_of_a_quarter_pitch(middle):
     id, uv, p = dome()
-    away = p - place
+    away = p - middle
     pressed = uv + 18.0 * 0.25 * away / 2.5 * np.exp(0.5 - (away**2).sum(axis=1, keepdims=True) / (2 * 2.5**2))
     assert 'set_reference' in rest_warning(id, pressed, 23)
 
