@@ -23,8 +23,8 @@ from .water import GlaringPad, RestLight, RingColours, SeenGlare, WaterModel, lo
 
 _MIN_DRIFT = 0.02  # px; a smaller drift of the reference does not update the membrane
 # m; the volume of the water is constant, so that the mean distance of the dots from the camera hardly changes: by 0.35 mm at most in
-# presses down to 5 mm, but by 0.75 mm if a lamp outside adds 5 of 255 grey levels. Three times the former: a deeper press is no lamp, and
-# what less light than twice that lamp's shifts is still a usable position.
+# presses down to 5 mm, but by 0.75 mm if a lamp outside adds 5 of 255 grey levels. Nearly three times the former, so that no press is taken
+# for light; a lamp of about 7 grey levels reaches it.
 _MAX_MEAN_CHANGE = 1.0e-3
 _MIN_EXTENT = 1.0  # px; if all dots lie nearer to the first one, the tracks are wrong and show no shape
 
