@@ -55,7 +55,7 @@ def drawn(image, tracks):
     factor = max(1, round(SCALE / image.shape[1]))
     image = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
     for uv, duv, area in zip(tracks.uv, np.nan_to_num(tracks.duv), tracks.area):
-        middle, start = (np.rint((place + 0.5) * factor - 0.5).astype(int).tolist() for place in (uv, uv - duv))
+        middle, start = (np.rint((position + 0.5) * factor - 0.5).astype(int).tolist() for position in (uv, uv - duv))
         cv2.circle(image, middle, int(factor * np.sqrt(area / np.pi)) + 2, (0, 255, 255), 1, cv2.LINE_AA)
         cv2.line(image, start, middle, (0, 0, 255), 2, cv2.LINE_AA)
     return image

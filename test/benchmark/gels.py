@@ -23,10 +23,10 @@ ROWS = {'grid, 1.5 mm': ({}, 0.05, {}), 'at random': ({'grid': False}, 0.05, {})
 def trial(seed, changes, noise, factors):
     """Errors of the middle (mm), of normal and of shear force (%), of depth and of area (%), and processor time (ms)."""
     rng = np.random.default_rng([seed, 40])
-    angle, way, thickness = rng.uniform(0, 2 * np.pi), rng.uniform(0.2e-3, 0.7e-3), rng.uniform(3e-3, 6e-3)
+    angle, length, thickness = rng.uniform(0, 2 * np.pi), rng.uniform(0.2e-3, 0.7e-3), rng.uniform(3e-3, 6e-3)
     given = {'thickness': thickness, 'poisson': rng.uniform(0.46, 0.49), 'radius': rng.uniform(4e-3, 9e-3),
              'friction': rng.uniform(0.2, 0.9), 'depth': rng.uniform(0.1, 0.2) * thickness, 'middle': rng.uniform(-2.5e-3, 2.5e-3, 2),
-             'way': (way * np.cos(angle), way * np.sin(angle))}
+             'displacement': (length * np.cos(angle), length * np.sin(angle))}
     gel = pressed_gel(rng, **given | changes)
     parameters = {name: value * factors.get(name, 1.0) for name, value in gel.parameters.items()}
     estimator = GelEstimator(parameters, CENTRE, FOCAL * factors.get('focal', 1.0))
@@ -38,11 +38,11 @@ def trial(seed, changes, noise, factors):
         result = estimator.process(tracks, 1.0 + k)
         taken = time.process_time() - begin
         if k:  # the first one fills tables
-            place = state.positions.mean(axis=0) + state.shift if gel.contact.indenter.radius == 0 else state.middle
+            position = state.positions.mean(axis=0) + state.shift if gel.contact.indenter.radius == 0 else state.middle
             depth = 100 * (result.contacts[0].depth / state.depth - 1)
             area = 100 * (result.region.area / (len(state.positions) * gel.contact.cell**2) - 1)
             off = 100 * (result.wrench[:3] - true) / -true[2]
-            yield 1e3 * np.hypot(*(result.region.centroid[:2] - place)), off[2], np.hypot(*off[:2]), depth, area, 1e3 * taken
+            yield 1e3 * np.hypot(*(result.region.centroid[:2] - position)), off[2], np.hypot(*off[:2]), depth, area, 1e3 * taken
 
 
 def main():

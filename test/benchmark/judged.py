@@ -204,8 +204,8 @@ def main() -> None:
     parser.add_argument('--set', nargs='*', default=[], metavar='NAME=VALUE', help='changes of the parameters, such as contact=paper')
     given = parser.parse_args()
     cv2.setNumThreads(1)
-    with TemporaryDirectory() as place:
-        folder = Path(place)
+    with TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         cases, presses = ([simulated(folder, name[6:], given.sensor) if name.startswith('scene:') else recorded(folder, name, given.sensor)
                            for name in names] for names in (given.names, given.presses))
         file = calibrated(presses[0], given.sensor, folder / 'calibration.yaml', [case.bag for case in presses[1:]]) if presses else None

@@ -105,10 +105,10 @@ def printed(quick: bool, _from_recordings: bool, _bags: Path) -> Callable[[int],
         for size in list(SIZES)[:2 if quick else 3]:
             names = (('plain', 'all at once') if quick else NAMES)[:None if size == VGA else 1]
             for method, (sums, ms) in dots.find(number, 2 if quick else 4, names, SIZES[size]).items():
-                place = (sums['error2'] / sums['matched'])**0.5 if sums['matched'] else np.nan
+                position = (sums['error2'] / sums['matched'])**0.5 if sums['matched'] else np.nan
                 lost = 1e3 * (sums['true'] - sums['matched'] + sums['false']) / sums['true']
                 # the pitch is 18 px in 640 x 480
-                yield 'printed dots', method, size, ms, {'position': 1e3 * place / (18 * SIZES[size][0] / 640), 'missed or false': lost}
+                yield 'printed dots', method, size, ms, {'position': 1e3 * position / (18 * SIZES[size][0] / 640), 'missed or false': lost}
     return measure
 
 
@@ -133,7 +133,7 @@ def touchpad_figures(judged: Judged) -> dict[str, float]:
 
 
 def sheets(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], Iterator[Row]]:
-    """From an image, or two, to presses on sheets and domes by one tip, calibrated by presses at other places."""
+    """From an image, or two, to presses on sheets and domes by one tip, calibrated by presses at other positions."""
     return all_of([sheet(sensor, own_folder(bags, sensor), from_recordings) for sensor in list(SHEETS)[:1 if quick else 3]])
 
 

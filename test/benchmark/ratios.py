@@ -96,14 +96,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('sensors', nargs='*', metavar='SENSOR', help=f'of {", ".join(SCENES)}; all by default')
     parser.add_argument('--rounds', type=int, default=3, help='how often each scene is run')
-    parser.add_argument('--bags', type=Path, help='folder where bags are kept for the next time; else they are made anew')
+    parser.add_argument('--bags', type=Path, help='folder that keeps the bags for the next run; default: a temporary one')
     given = parser.parse_args()
     if unknown := set(given.sensors) - set(SCENES):
         sys.exit(f'unknown: {", ".join(sorted(unknown))}; the sensors are {", ".join(SCENES)}')
     cv2.setNumThreads(1)
-    with TemporaryDirectory() as place:
+    with TemporaryDirectory() as temporary:
         for sensor in given.sensors or SCENES:
-            ours, own, dotted = measure(given.bags or Path(place), sensor, given.rounds)
+            ours, own, dotted = measure(given.bags or Path(temporary), sensor, given.rounds)
             print(f'{sensor}: {ours:.2f} ms a frame; over the detector on the same frames ({own:.1f} ms) {ours / own:.3f}, '
                   f'on the touchpad ({dotted:.1f} ms) {ours / dotted:.3f}', flush=True)
 

@@ -9,7 +9,7 @@ sensors from the raw message to the messages of the results, without drawing or 
 timed as well, so that results of machines of different speed can be compared. Errors are relative to the ground truth of the simulated
 sensors, which ship, or with --recorded of recordings of another simulation (TACTILE_RECORDINGS); `evaluate` computes them. Baselines:
 OpenCV's SimpleBlobDetector and trackpy (if installed: pip install trackpy).
-An arrow says which way is better: up, higher, of F1 and IoU (0 to 1); down, lower, of errors in mm, degrees, N.
+An arrow marks what is better: up, higher values, of F1 and IoU (0 to 1); down, lower values, of errors in mm, degrees, N.
 With --stored nothing is measured: page and figure are made again of an earlier benchmark.json.
 With --compare the exit code is 1 if anything is slower or less accurate than in OLD.json (the benchmark.json of an earlier run) by more
 than the spread of the rounds.
@@ -268,7 +268,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--recorded', action='store_true', help='recordings in place of the simulated sensors')
     parser.add_argument('--part', action='append', choices=PARTS, help='only this part (may be repeated)')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for benchmark.md, .json and .png')
-    parser.add_argument('--bags', type=Path, help='folder where bags are kept for the next time; else they are made anew')
+    parser.add_argument('--bags', type=Path, help='folder that keeps the bags for the next run; default: a temporary one')
     parser.add_argument('--stored', type=Path, metavar='JSON', help='page and figure of this benchmark.json; nothing is measured')
     parser.add_argument('--compare', type=Path, metavar='OLD.json', help='benchmark.json of an earlier run')
     given = parser.parse_args(arguments)

@@ -42,6 +42,7 @@ FINISHED = (
         'dome', 'sheet', 'conftest.py', 'test_field.py', 'test_presses.py', 'test_published.py', 'test_region.py', 'test_sensitivity.py',
         'test_stage.py', 'test_stitching.py', 'test_tools.py')),
     *(f'tactile_perception/src/{name}' for name in ('bindings', 'common', 'finger', 'press', 'taxel', 'touchpad')),
+    *(f'test/benchmark/{name}.py' for name in ('clips', 'gels', 'judged', 'parts', 'ratios', 'run')),
     'tactile_bringup/tactile_bringup', 'environment', 'Makefile', 'CONTRIBUTING.md', 'README.md', 'docs', '.github',
 )
 
