@@ -17,7 +17,7 @@ STALE_S = 0.5  # age from which a sensor's report says nothing about now
 # Standard deviations of one motion that a sensor with dots reports, measured on the simulated touchpad against the object on its skin:
 # along the surface and along its normal, m, and about axes along the surface and about its normal, rad.
 _ALONG, _NORMAL = 1.5e-6, 8e-6
-_TILT, _TURN = math.radians(0.15), math.radians(0.005)
+_TILT, _TURN = math.radians(0.05), math.radians(0.005)
 _SHARE = 0.06  # of a motion of 50 um and more, its error on the same data
 _AREA = 80e-6  # m^2, of the contact with which they were measured; a smaller one holds fewer dots, nearer to each other
 _ANGLE, _EDGE = math.radians(0.5), 1e-4  # of a long contact's orientation, as measured on the simulated array, and of its axes, m

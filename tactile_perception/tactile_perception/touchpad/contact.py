@@ -16,9 +16,11 @@ from tactile_driver.plugins import PluginTable
 
 from .. import _core
 from ..common.geometry import are_collinear
+from ..common.surface import scatter
+from ..common.surface_points import STICKING
 from ..core.errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
-from .pose import RigidMotion
+from .pose import RigidMotion, StickingReference
 
 ZERO_WEIGHT_STEPS = 6  # steps from the nearest loaded dot from which forces do not count (src/touchpad/contact.cpp)
 _NETWORK = Path(__file__).with_name('border_network.npz')  # fitted by test/benchmark/fit_contact_score.py
@@ -111,6 +113,7 @@ class MembraneMethod:
         self._shape, self._material, self._origin = (rows, columns), material, np.asarray(origin, float)
         self._membrane: Membrane | None = None
         self._dots = _core.touchpad.StickSlip(rows, columns, self._origin, model or _core.touchpad.StickSlipModel())
+        self._reference = StickingReference()
         self._stamp_s = np.nan
 
     def set_rest(self, rest_xyz: np.ndarray) -> None:
@@ -135,11 +138,22 @@ class MembraneMethod:
         force, wrench = np.zeros((len(state), 3)), np.zeros(6)
         if state.any():
             force, wrench = _core.touchpad.contact_forces(loads, rows=self._shape[0], columns=self._shape[1])
-        rotation, translation = self._dots.motion()
+        motion = self._motion(ids, xyz, state)
         return DotClassification(
             state[ids], score[ids], wrench, self._dots.displacements().take(ids, axis=0), AllDots(loads.xyz, score, state, force),
-            self._dots.confidence[ids], self._dots.objects,
-            None if np.isnan(translation[0]) else RigidMotion(rotation, translation), seconds)
+            self._dots.confidence[ids], self._dots.objects, motion, seconds)
+
+    def _motion(self, ids: np.ndarray, xyz: np.ndarray, state: np.ndarray) -> RigidMotion | None:
+        """Motion of the object since the last frame; None if unknown. state: (K,), of all dots."""
+        rotation, translation = self._dots.motion()
+        if np.isnan(translation[0]):
+            self._reference.reset()
+            return None
+        motion = RigidMotion(rotation, translation)
+        if len(self._dots.objects) != 1:  # the dots of several objects do not move as one
+            self._reference.reset()
+            return motion
+        return self._reference.corrected(scatter(xyz, ids, len(state)), state == STICKING, motion)
 
 
 class ContactMethod(Protocol):

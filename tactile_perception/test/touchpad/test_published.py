@@ -5,7 +5,7 @@ import pytest
 
 from tactile_perception.common.geometry import rotation_matrix
 from tactile_perception.published.touchpad_contact_region import PaperRegion
-from tactile_perception.touchpad.pose import ObjectPose, fit_rigid
+from tactile_perception.touchpad.pose import ObjectPose, RigidMotion, StickingReference, fit_rigid
 
 
 def press(region, pad, frames, radius=6e-3):
@@ -94,6 +94,34 @@ def test_a_motion_is_found_unless_the_points_do_not_determine_it(angle):
     np.testing.assert_allclose(fit.translation, [1e-3, 0, -2e-3], atol=1e-14)
     for open_ones in (p[:2], np.ones((5, 3)), np.outer(np.arange(5), [1e-3, 2e-3, 0])):
         assert fit_rigid(open_ones, open_ones) is None and fit_rigid(p[:len(open_ones)], open_ones) is None
+
+
+def followed(frames, bias, lost=None):
+    """Tilt, rad, of an object at rest after some frames with noisy dots and motions that tilt by bias, rad; from frame lost on, other dots
+    stick."""
+    rng, reference, tilt = np.random.default_rng(5), StickingReference(), np.eye(3)
+    dots = np.column_stack([*(part.ravel() for part in np.meshgrid(*2 * [np.linspace(-5e-3, 5e-3, 6)])), np.full(36, 0.012)])
+    for k in range(frames):
+        sticks = np.arange(36) < 20 if lost is None or k < lost else np.arange(36) >= 16
+        motion = RigidMotion(rotation_matrix(np.array([bias, 0.0, 0.0])), np.zeros(3))
+        tilt = reference.corrected(dots + rng.normal(0, 2e-5, dots.shape), sticks, motion).rotation @ tilt
+    return np.arccos(np.clip(0.5 * (np.trace(tilt) - 1), -1, 1))
+
+
+def test_errors_of_motions_do_not_add_up_while_the_same_dots_stick():
+    assert followed(400, 1e-4) < 0.008 < 400 * 1e-4
+    assert followed(400, 1e-4, lost=200) < 0.012, 'two starts'
+
+
+def test_a_motion_is_that_of_the_dots_where_they_agree_with_it():
+    turned = rotation_matrix(np.array([0.0, 0.01, 0.02]))
+    dots = np.random.default_rng(1).normal(0, 5e-3, (30, 3))
+    reference, sticks = StickingReference(), np.arange(30) < 20
+    for k in range(4):
+        motion = RigidMotion(turned, np.array([1e-4, 0.0, 0.0]))
+        found = reference.corrected(dots, sticks, motion)
+        assert found.rotation == pytest.approx(turned, abs=1e-9) and found.translation == pytest.approx(motion.translation, abs=1e-9)
+        dots = dots @ turned.T + motion.translation
 
 
 def test_the_pose_accumulates_the_motions():
