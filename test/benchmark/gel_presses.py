@@ -20,8 +20,8 @@ from tactile_driver.parameters.table import defaults
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.core.errors import BadFrame
 from tactile_perception.dots.tracker import make_tracker
-from tactile_perception.gel.estimator import GelEstimator
 from tactile_perception.gel.parameters import GEL_PARAMETERS
+from tactile_perception.layer.estimator import GelEstimator
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tactile_perception' / 'test' / 'helpers'))
 from pressed_gel import CENTRE, FOCAL, METRES, pressed_gel  # noqa: E402  after the path

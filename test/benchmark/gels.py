@@ -10,7 +10,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tactile_perception' / 'test' / 'helpers'))
 from pressed_gel import CENTRE, FOCAL, pressed_gel  # noqa: E402  after the path
 
-from tactile_perception.gel.estimator import GelEstimator  # noqa: E402
+from tactile_perception.layer.estimator import GelEstimator  # noqa: E402
 
 #: What differs from a gel with a grid of 1.5 mm and a noise of 0.05 px, and from what its user measured (factors).
 ROWS = {'grid, 1.5 mm': ({}, 0.05, {}), 'at random': ({'grid': False}, 0.05, {}), '0.75 mm': ({'pitch': 0.75e-3}, 0.05, {}),

@@ -27,6 +27,7 @@ from tactile_perception.photometric.estimator import PhotometricEstimator
 from tactile_perception.photometric.model import DepthModel, Reconstruction
 from tactile_perception.photometric.observation import Background, to_working_size
 
+_CLIPPED = 20  # px at the border of an undistorted image that show what is beyond the image; as its authors do
 RATE, CALIBRATED_WITH, PRESSES = 10.0, 2.5e-3, 20
 RADII = {'ball of 2 mm': 0.002, 'ball of 3.5 mm': 0.0035, 'ball of 5 mm': 0.005}
 
@@ -82,10 +83,15 @@ def row(name: str, frames: list[tuple]) -> str:
             f'{np.quantile(area, 0.1):.2f} to {np.quantile(area, 0.9):.2f} | {1e3 * np.median([t for *_, t in frames]):.1f} |')
 
 
-def read_images(folder: Path, pattern: str, untouched: str, corners: list[float] | None) -> tuple[Background, list[Press]]:
-    """The untouched gel and the presses in the images of a folder."""
+def read_images(folder: Path, pattern: str, untouched: str, corners: list[float] | None, index: Path | None,
+                every: int) -> tuple[Background, list[Press]]:
+    """The untouched gel and the presses in the images of a folder; see main."""
+    undistorted = np.load(index) if index else None
+
     def working(path: Path) -> np.ndarray:
         image = cv2.imread(str(path))
+        if undistorted is not None:
+            image = image[undistorted['x'], undistorted['y']][_CLIPPED:-_CLIPPED, _CLIPPED:-_CLIPPED]
         if corners:
             size = image.shape[1::-1]
             ends = np.float32([(0, 0), (size[0], 0), (0, size[1]), size])
@@ -94,7 +100,7 @@ def read_images(folder: Path, pattern: str, untouched: str, corners: list[float]
 
     background, presses = Background(working(folder / untouched)), []
     search = CircleSearch(background.shape)
-    for path in sorted(folder.glob(pattern)):
+    for path in sorted(folder.glob(pattern))[::every]:
         image = working(path)
         change, hidden = background.change(image), background.hidden(image)
         presses.append(Press(path.stem, image, change, hidden, search.find(change, hidden)))
@@ -132,10 +138,12 @@ def main() -> None:
     parser.add_argument('--ball', type=float, help='its radius in mm')
     parser.add_argument('--scale', type=float, help='mm a pixel of the images')
     parser.add_argument('--corners', type=float, nargs=8, help='px, left upper, right upper, left lower, right lower')
+    parser.add_argument('--index', type=Path, help='npz, x and y: row and column of each pixel of the undistorted image')
+    parser.add_argument('--every', type=int, default=1, help='of the images that are read')
     given = parser.parse_args()
     if given.images:
-        width = cv2.imread(str(Path(given.images[0], given.images[2]))).shape[1]
-        background, presses = read_images(Path(given.images[0]), *given.images[1:], given.corners)
+        width = cv2.imread(str(Path(given.images[0], given.images[2]))).shape[1] - (2 * _CLIPPED if given.index else 0)
+        background, presses = read_images(Path(given.images[0]), *given.images[1:], given.corners, given.index, given.every)
         scale = given.scale * width / background.shape[1]
         print(real(background, presses, given.ball / scale, scale))
         return

@@ -19,7 +19,7 @@ from tactile_perception.core.parameter_files import read_parameters
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.gel.parameters import PINS_NODE, PINS_PARAMETERS
 from tactile_perception.gel.pins import fit_pins, smoothed
-from tactile_perception.gel.undeformed import spacing_of
+from tactile_perception.layer.undeformed import spacing_of
 
 PARAMS = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'params' / 'pin_dome.yaml'
 RADIUS = 20e-3  # m, of the dome, by its makers

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from ..dots.parameters import camera_pose_parameters, detection_parameters, fixed, pattern_parameters
+from ..layer.parameters import LAYER_PARAMETERS
 
 _PITCH = fixed('gel.pitch', float, 0.0, 'm', 'distance of neighbouring dots; gives the scale if gel.scale is 0', 0.0, 0.1)
 _SCALE = fixed('gel.scale', float, 0.0, 'm',
@@ -17,12 +18,8 @@ GEL_SENSOR_PARAMETERS = (
     fixed('calibration', str, '', '', 'calibration file from calibrate, whose modulus replaces gel.young_modulus; empty: none'),
 )
 GEL_PARAMETERS = GEL_SENSOR_PARAMETERS + detection_parameters() + (
-    fixed('gel.thickness', float, 0.0, 'm',
-          'thickness of the elastic layer, from its rigid base to its free surface; 0: unknown, depth is NaN', 0.0, 1.0),
-    fixed('gel.dot_depth', float, 0.0, 'm', 'depth of the dots under the free surface; areas and forces depend on it', 0.0, 1.0),
+    *LAYER_PARAMETERS,
     fixed('gel.young_modulus', float, 0.0, 'Pa', "Young's modulus; 0: unknown, forces are NaN", 0.0, 1e9),
-    fixed('gel.poisson_ratio', float, 0.48, '', "Poisson's ratio; silicones and gels have 0.47 to 0.5", 0.0, 0.5),
-    fixed('gel.friction', float, 0.0, '', 'coefficient of friction between object and gel; 0: unknown, slip is not published', 0.0, 10.0),
     _SCALE, _PITCH,
 )
 

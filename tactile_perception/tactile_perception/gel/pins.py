@@ -21,8 +21,8 @@ from ..common.estimates import OUT_OF_RANGE, ContactEstimate, ContactRegionEstim
 from ..common.surface_points import NON_CONTACT, STICKING, dot_points
 from ..core.calibration_file import AGAIN, fitted_arrays
 from ..core.errors import BadCalibration
-from .estimator import UP, DotNoise, GelResult, known_dots
-from .undeformed import spacing_of
+from ..layer.estimator import UP, DotNoise, GelResult, known_dots
+from ..layer.undeformed import spacing_of
 
 _CONTACT_SHARE = 0.5  # of the largest displacement: pins beside the contact move less
 _CORRELATION_SPACINGS, _NUGGET = 1.0, 1e-3  # neighbouring pins move alike over so many spacings; variance of a pin's own part over that

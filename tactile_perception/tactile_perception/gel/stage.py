@@ -15,10 +15,10 @@ from ..core.calibration_file import AGAIN, fitted_arrays, read_calibration
 from ..core.errors import BadCalibration
 from ..dots.stage import DotStage
 from ..dots.tracker import DotTracker
-from .estimator import GelEstimator
+from ..layer.estimator import GelEstimator
+from ..layer.undeformed import layer_of
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR, PinEstimator, PinModel
-from .undeformed import layer_of
 
 GEL = 'gel'  # sensor type, of a gel's calibration
 #: Fitted numbers of that, and their shapes.

@@ -24,10 +24,10 @@ from ..core.errors import BadCalibration, BadFrame
 from ..core.messages import stamp_seconds
 from ..core.parameter_files import read_parameters
 from ..dots.tracker import make_tracker
+from ..layer.undeformed import spacing_of
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR as PINS, fit_pins, smoothed
 from .stage import GEL, GelStage
-from .undeformed import spacing_of
 
 _MIN_FRAMES = 5  # with the same load, for a median that one bad frame does not change
 

@@ -11,10 +11,12 @@ import cv2
 import numpy as np
 
 from ..common.contact_tracker import ContactTracker
-from ..common.estimates import AT_EDGE, ContactEstimate, ContactRegionEstimate
+from ..common.dots import DotTracks
+from ..common.estimates import AT_EDGE, NONE, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.surface import Moments, axes
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints
 from ..core.errors import BadFrame
+from .markers import dot_states
 from .model import SIGNIFICANT, DepthModel, Reconstruction, deeper_half
 from .observation import WORKING_WIDTH, Background, relative_change, to_working_size
 
@@ -26,13 +28,37 @@ _MAX_JUMP = 0.05  # widths of the image over which a contact may move from frame
 
 @dataclass(frozen=True)
 class PhotometricResult:
-    """region, contacts, wrench: the estimates; points: function that makes the SurfacePoints; depth: (H, W) m, of the working image."""
+    """region, contacts, wrench, slip: the estimates, slip None where it is not known; points: function that makes the SurfacePoints; depth:
+    (H, W) m, and touching: (H, W) bool, of the working image, a pixel of which shows pixel m."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
     wrench: np.ndarray
     points: partial
     depth: np.ndarray
+    touching: np.ndarray
+    pixel: float
+    slip: SlipEstimate | None = None
+
+    def with_dots(self, tracks: DotTracks, slip: SlipEstimate | None, width: int) -> tuple[PhotometricResult, DotTracks]:
+        """The result whose region has printed dots in place of surface points, and the dots with their positions on the skin.
+
+        Parameters
+        ----------
+        tracks : DotTracks
+            Dots of the image.
+        slip : SlipEstimate or None
+            Slip by these; None where it is not known.
+        width : int
+            Width of the image in px.
+        """
+        rows, columns = self.depth.shape
+        uv = (tracks.uv + 0.5) * (columns / width) - 0.5
+        column, row = np.rint(uv).astype(int).clip(0, (columns - 1, rows - 1)).T
+        xyz = np.column_stack([(uv - (np.array([columns, rows]) - 1) / 2) * self.pixel, -self.depth[row, column]])
+        state = dot_states(uv, self.touching, slip.slipping_fraction if slip and slip.state != NONE else 0.0)
+        region = replace(self.region, dot_id=tracks.id, dot_state=state)
+        return replace(self, region=region, slip=slip), replace(tracks, xyz=xyz)
 
 
 class _Patch(NamedTuple):
@@ -110,7 +136,7 @@ class PhotometricEstimator:
                                        _MAX_JUMP * WORKING_WIDTH * pixel, stamp_s)
         contacts = [replace(self._contact(patch, depth, pixel), id=one.number) for patch, one in zip(patches, tracked)]
         points = partial(self._points, depth, slope, region.dot_state, pixel)
-        return PhotometricResult(region, contacts, np.full(6, np.nan), points, depth)
+        return PhotometricResult(region, contacts, np.full(6, np.nan), points, depth, touching, pixel)
 
     def _observe(self, working: np.ndarray, stamp_s: float) -> None:
         """Average the untouched gel. Raises BadFrame for another size."""

@@ -11,8 +11,8 @@ from tactile_driver.simulation.gel.elements import Material, Response
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AT_EDGE, GROSS, INCIPIENT, NONE
 from tactile_perception.core.errors import BadArgument, BadFrame, TactileError
-from tactile_perception.gel.estimator import GelEstimator
-from tactile_perception.gel.layer import DiscLoads, Layer
+from tactile_perception.layer.estimator import GelEstimator
+from tactile_perception.layer.layer import DiscLoads, Layer
 
 UNTOUCHED = 10  # frames
 

@@ -187,6 +187,51 @@ def test_the_circle_of_a_ball_is_found(centre, radius):
     assert np.hypot(found.x - centre[0], found.y - centre[1]) < 2.0 and abs(found.radius / radius - 1) < 0.1
 
 
+@pytest.fixture(scope='module')
+def dragged(specimen):
+    """(result, truth) of each frame of a ball that is pressed and dragged over a gel with dots until it slips."""
+    return played(specimen[0] | {'gel.markers': True, 'gel.friction': 0.5, 'gel.thickness': 0.004}, 'photometric_shear')
+
+
+@pytest.mark.parametrize('specimen', ['_dots'], indirect=True)
+def test_dots_of_a_gel_with_markers_have_their_displacements_and_places_on_the_skin(dragged):
+    reference, errors, heights = dragged[0][1].dot_uv, [], []
+    for found, truth in dragged:
+        dots = found['dots'][0]
+        uv, duv = (np.column_stack(pair).astype(float) for pair in ((dots.u, dots.v), (dots.du, dots.dv)))
+        dot = ((truth.dot_uv[:, None] - uv)**2).sum(axis=2).argmin(axis=0)
+        assert len(set(dot)) == len(uv) >= 100
+        errors.append(duv - (truth.dot_uv - reference)[dot])
+        heights.append(dots.z - truth.dot_xyz[dot, 2])
+    assert max(np.abs(truth.dot_uv - reference).max() for _, truth in dragged) > 25  # px
+    assert np.sqrt(np.mean(np.concatenate(errors)**2)) < 0.1
+    assert np.sqrt(np.mean(np.concatenate(heights)**2)) < 0.05e-3
+
+
+@pytest.mark.parametrize('specimen', ['_dots'], indirect=True)
+def test_slip_of_a_gel_with_markers(dragged):
+    pressed = [(found, truth) for found, truth in dragged if truth.contacts and truth.contacts[0].depth > 8e-4]
+    slips = [(found['slip'][0], truth) for found, truth in pressed]
+    held = [slip.state for slip, truth in slips if truth.slipping_fraction == 0.0]
+    assert len(held) >= 5 and not any(held)
+    dragging = [(slip, truth) for slip, truth in slips if 0.0 < truth.slipping_fraction]
+    assert np.sqrt(np.mean([(slip.slipping_fraction - truth.slipping_fraction)**2 for slip, truth in dragging])) < 0.15
+    assert np.mean([slip.state == truth.slip_state for slip, truth in dragging]) > 0.7
+    states = [(np.array(found['contact_region'][0].dot_state), truth.dot_state) for found, truth in pressed]
+    assert all(len(state) == len(found['dots'][0].id) for (state, _), (found, _) in zip(states, pressed))
+    assert np.mean([abs(np.count_nonzero(state) - np.count_nonzero(true)) for state, true in states]) < 2
+    assert np.mean([abs(np.count_nonzero(state == 2) - np.count_nonzero(true == 2)) for state, true in states]) < 3
+
+
+def test_dots_are_searched_only_while_a_topic_needs_them_and_a_gel_without_markers_publishes_none(specimen):
+    values, _, _, scene = specimen
+    marked, message = PhotometricStage(values | {'gel.markers': True, 'calibration': ''}), next(messages_of('photometric_shear'))[2]
+    assert set(marked.process(message, ['dots', 'points'])) == {'dots'}
+    message.header.stamp.sec += 1
+    assert not marked.process(message, ['points'])
+    assert {'dots', 'slip'}.isdisjoint(PhotometricStage(values).process(next(messages_of(scene))[2]))
+
+
 def test_printed_dots_are_hidden_and_a_plain_gel_has_none():
     plain, dotted = (Background(to_working_size(open_scene(name, RATE, SEED).render(0.0).image))
                      for name in ('photometric_demo', 'photometric_dots'))

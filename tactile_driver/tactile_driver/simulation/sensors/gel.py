@@ -52,6 +52,8 @@ class GelScript:
 class GelScene(FramesInOrder[TruthFrame]):
     """A gel and one object, in frames at a fixed rate; see scene.Scene, whose face it has."""
 
+    _where = 'dots'  # what moves with the dots
+
     def __init__(self, script: GelScript, rate: float, seed: int, width: int):
         rng = np.random.default_rng([seed, 17])
         self.rate = rate
@@ -97,7 +99,7 @@ class GelScene(FramesInOrder[TruthFrame]):
         if state is None:
             return TruthFrame(ids, self.camera.project(self.positions), self.positions, np.full(len(ids), NON_CONTACT, np.uint8))
         positions = pin_tips(response, self.positions, state) if self._pins else \
-            self.positions + _moved(response, self.positions[:, :2], state, 'dots')
+            self.positions + moved(response, self.positions[:, :2], state, self._where)
         truth = TruthFrame(ids, self.camera.project(positions), positions, self._states(state))
         cell, touched = self._contact.cell, np.pad(state.positions + state.shift, ((0, 0), (0, 1)))
         truth.area, truth.normal = len(touched) * cell**2, np.array([0.0, 0.0, 1.0])
@@ -119,7 +121,7 @@ class GelScene(FramesInOrder[TruthFrame]):
         return np.where(off.min(axis=1) <= self._contact.cell / 2, found, NON_CONTACT).astype(np.uint8)
 
 
-def _moved(response: Response, points: np.ndarray, state: GelState, where: str) -> np.ndarray:
+def moved(response: Response, points: np.ndarray, state: GelState, where: str) -> np.ndarray:
     """(N, 3) m, by which points (N, 2), m, 'surface' or 'dots', move under the forces of a state."""
     return np.einsum('dipj,pj->di', response.matrix(points, state.positions, where), state.force)
 
@@ -135,9 +137,9 @@ def pins(rng: np.random.Generator) -> np.ndarray:
 def pin_tips(response: Response, rest: np.ndarray, state: GelState) -> np.ndarray:
     """(N, 3) m, tips of pins with tips at rest (N, 3) under the forces of a state."""
     xy = rest[:, :2]
-    tips = rest + _moved(response, xy, state, 'surface')
+    tips = rest + moved(response, xy, state, 'surface')
     for axis, step in enumerate(_TILT * np.eye(2)):
-        rise = _moved(response, xy + step, state, 'surface') - _moved(response, xy - step, state, 'surface')
+        rise = moved(response, xy + step, state, 'surface') - moved(response, xy - step, state, 'surface')
         tips[:, axis] += LENGTH * rise[:, 2] / (2 * _TILT)
     return tips
 

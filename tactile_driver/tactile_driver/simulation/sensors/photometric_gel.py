@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 
 import cv2
 import numpy as np
@@ -20,9 +20,9 @@ from ..truth import FramesInOrder, SimulatedFrame, Touch, TruthFrame
 
 #: m on the gel that a pixel of the native image, 640 x 480, shows; as GelSight Mini, within 10 %.
 SCALE = 3.0e-5
-_NATIVE = (640, 480)
+NATIVE = (640, 480)  # px
 _LENGTH = 0.5e-3  # m, over which the skin beside an object recovers; of a coat as thick as that
-_CELL = 4  # native px, side of a cell of the membrane
+CELL = 4  # native px, side of a cell of the membrane
 _RELAXATION, _TURNS = 1.8, 120  # of the successive over-relaxation; further turns change depths by less than 1 um
 _SPARE = 64  # px, by which the field of noise is larger than the image, so that it differs from frame to frame
 _DOT, _PITCH = 0.25e-3, 2.0e-3  # m, radius and distance of printed dots
@@ -53,14 +53,14 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
         self.duration = 1.5 + 2 * script.period * len(script.presses)
         self.frames = max(int(round(self.duration * rate)), 1)
         focal, distance = 760.0, 760.0 * SCALE
-        self.camera = mounted((focal, focal), (319.5, 239.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, distance), _NATIVE, width)
+        self.camera = mounted((focal, focal), (319.5, 239.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, distance), NATIVE, width)
         self._size = width, width * 3 // 4
-        y, x = np.mgrid[:_NATIVE[1] // _CELL, :_NATIVE[0] // _CELL].astype(float)
-        middle = (np.array(_NATIVE) / _CELL - 1) / 2
-        self._x, self._y = (x - middle[0]) * _CELL * SCALE, (y - middle[1]) * _CELL * SCALE
-        self._light = _Lamps(rng)
-        self._ink = _printed(rng) if script.dots else np.ones(_NATIVE[::-1], np.float32)
-        self._noise = rng.standard_normal((self._size[1] + _SPARE, self._size[0] + _SPARE, 3), np.float32)
+        y, x = np.mgrid[:NATIVE[1] // CELL, :NATIVE[0] // CELL].astype(float)
+        middle = (np.array(NATIVE) / CELL - 1) / 2
+        self._x, self._y = (x - middle[0]) * CELL * SCALE, (y - middle[1]) * CELL * SCALE
+        self._light = Lamps(rng)
+        self._ink = _printed(rng) if script.dots else np.ones(NATIVE[::-1], np.float32)
+        self._seed = seed
         self._known: list[TruthFrame] = []
         self._depths: list[np.ndarray] = []
 
@@ -69,12 +69,7 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
         number = math.floor(t * self.rate + 0.5)
         truth = self.observe(number)
         image = self._light.image(self._depths[number % self.frames], self._ink)
-        if self._size != _NATIVE:
-            image = cv2.resize(image, self._size, interpolation=cv2.INTER_AREA)
-        row, column = np.random.default_rng([number, 31]).integers(0, _SPARE, 2)
-        noise = self._noise[row:row + image.shape[0], column:column + image.shape[1]]
-        image += noise * np.sqrt(1.0 + 0.02 * image)
-        return SimulatedFrame(np.clip(image + 0.5, 0, 255).astype(np.uint8), truth)
+        return SimulatedFrame(noisy(image, self._size, self._seed, number), truth)
 
     def _next(self) -> TruthFrame:
         """The truth of the next frame; its depths are kept."""
@@ -103,7 +98,7 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
         else:  # a ring, the rim of a tube
             obstacle = np.where(np.abs(distance - 1.6e-3) < 0.4e-3, deepest, -1.0)
         depth = np.maximum(obstacle, 0.0)
-        stiffness = (_CELL * SCALE / _LENGTH)**2
+        stiffness = (CELL * SCALE / _LENGTH)**2
         even = (np.add.outer(*map(np.arange, depth.shape)) % 2).astype(bool)
         for _ in range(_TURNS):
             for half in (even, ~even):
@@ -123,7 +118,7 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
     def _describe(self, truth: TruthFrame, depth: np.ndarray, on: np.ndarray, pressed: tuple[float, float, float]) -> None:
         """Fill in the truth of a press."""
         x, y, deepest = pressed
-        cell = _CELL * SCALE
+        cell = CELL * SCALE
         truth.area, truth.normal = float(on.sum()) * cell**2, np.array([0.0, 0.0, 1.0])
         truth.centroid = np.array([self._x[on].mean(), self._y[on].mean(), -depth[on].mean()])
         truth.contacts = [Touch(np.array([x, y, -deepest if self._script.radius else np.nan]), truth.normal, deepest, np.nan)]
@@ -135,7 +130,7 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
                 np.column_stack([self._x[row, column], self._y[row, column], -depth[row, column]]))
 
 
-class _Lamps:
+class Lamps:
     """Three lamps, of mostly one colour each, at the borders of the gel, and light from everywhere."""
 
     def __init__(self, rng: np.random.Generator):
@@ -144,7 +139,7 @@ class _Lamps:
         self._colour = np.full((3, 3), 0.12) + np.diag(rng.uniform(0.8, 1.0, 3))
         self._ambient = rng.uniform(25, 40, 3)
         self._gamma = rng.uniform(0.8, 0.95)
-        y, x = np.mgrid[:_NATIVE[1], :_NATIVE[0]].astype(np.float32)
+        y, x = np.mgrid[:NATIVE[1], :NATIVE[0]].astype(np.float32)
         x, y = (x - 319.5) * SCALE, (y - 239.5) * SCALE
         self._vignette = (1 / (1 + (x**2 + y**2) / 0.02**2)).astype(np.float32)
         offsets = [(at[0] - x, at[1] - y, np.full_like(x, at[2])) for at in lamps]
@@ -158,7 +153,7 @@ class _Lamps:
         rows, columns = (np.flatnonzero(depth.any(axis=axis)) for axis in (1, 0))
         if len(rows):
             near = tuple(slice(max(int(at[0]) - 1, 0), int(at[-1]) + 2) for at in (rows, columns))
-            fine = tuple(slice(_CELL * part.start, min(_CELL * part.stop, size)) for part, size in zip(near, _NATIVE[::-1]))
+            fine = tuple(slice(CELL * part.start, min(CELL * part.stop, size)) for part, size in zip(near, NATIVE[::-1]))
             size = fine[1].stop - fine[1].start, fine[0].stop - fine[0].start
             surface = cv2.resize(depth[near], size, interpolation=cv2.INTER_CUBIC)
             slope = np.stack([cv2.Sobel(surface, cv2.CV_32F, *axes, scale=1 / (8 * SCALE)) for axes in ((1, 0), (0, 1))])
@@ -176,9 +171,24 @@ class _Lamps:
         return (levels * self._vignette[part][..., None]).astype(np.float32)
 
 
+@lru_cache(maxsize=2)
+def _noise_of(size: tuple[int, int], seed: int) -> np.ndarray:
+    """(H, W, 3) white noise, larger than images of this width and height."""
+    return np.random.default_rng([seed, 37]).standard_normal((size[1] + _SPARE, size[0] + _SPARE, 3), np.float32)
+
+
+def noisy(image: np.ndarray, size: tuple[int, int], seed: int, number: int) -> np.ndarray:
+    """(H, W, 3) uint8 of levels (480, 640, 3): an image of this width and height, with the noise of a camera, in the frame of a number."""
+    if size != NATIVE:
+        image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    row, column = np.random.default_rng([number, 31]).integers(0, _SPARE, 2)
+    noise = _noise_of(size, seed)[row:row + image.shape[0], column:column + image.shape[1]]
+    return np.clip(image + noise * np.sqrt(1.0 + 0.02 * image) + 0.5, 0, 255).astype(np.uint8)
+
+
 def _printed(rng: np.random.Generator) -> np.ndarray:
     """(480, 640) float32 share of light that a skin with printed dots reflects."""
-    ink = np.ones(_NATIVE[::-1], np.float32)
+    ink = np.ones(NATIVE[::-1], np.float32)
     for y in np.arange(-0.006, 0.0061, _PITCH):
         for x in np.arange(-0.008, 0.0081, _PITCH):
             at = np.array([x, y]) / SCALE + (319.5, 239.5) + rng.normal(0, 1.0, 2)

@@ -15,13 +15,14 @@ from .areal_dual import AREAL_DUAL_SCENES
 from .areal_single import AREAL_SINGLE_SCENES
 from .gel import GEL_SCENES as _GEL_SCENES, GelScene
 from .photometric_gel import PHOTOMETRIC_SCENES
+from .photometric_shear import SHEAR_SCENES
 from .touchpad import TOUCHPAD_SCENES
 
 #: Scenes of the touchpad have plain names; names of other scenes begin with the sensor.
 SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES}
 
 #: Scenes of gels, with dots or without: name -> function of (rate, seed, width in px) that makes the scene.
-GEL_SCENES = {**_GEL_SCENES, **PHOTOMETRIC_SCENES}
+GEL_SCENES = {**_GEL_SCENES, **PHOTOMETRIC_SCENES, **SHEAR_SCENES}
 
 
 def _script(name: str, rate: float) -> Script | Callable[[float, int, int], GelScene]:
