@@ -91,6 +91,42 @@ class Layer:
         return tuple(np.stack(part, axis=1) for part in found)
 
 
+def _wave_numbers(smallest: float, reach: float) -> np.ndarray:
+    """(K,) 1/m, at equal steps, of a quadrature for discs from a radius in m, and distances up to reach in m."""
+    step = _PHASE_STEP / reach
+    return np.arange(step / 2, _MAX_PHASE / smallest, step)
+
+
+def _weights(k: np.ndarray, radius: float) -> np.ndarray:
+    """(K,) 1/m^2: weights of wave numbers at equal steps in the quadrature over the plane, for a disc of a radius in m."""
+    return np.exp(-(k * radius / _MAX_PHASE)**2 * 4) * k * (k[1] - k[0]) / (2 * np.pi)
+
+
+def _ball(x: np.ndarray) -> np.ndarray:
+    """Spectrum of the pressure of a ball at wave number times radius x, for a unit force."""
+    return 3 * (np.sin(x) - x * np.cos(x)) / x**3
+
+
+def depressions(layer: Layer, radii: np.ndarray) -> np.ndarray:
+    """Depression of the surface at the centres of discs under a ball's pressure.
+
+    Parameters
+    ----------
+    layer : Layer
+        The layer.
+    radii : ndarray, shape (N,)
+        Radii of the discs in m.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        m, for a pressing force of 1 m^2 times the shear modulus.
+    """
+    k = _wave_numbers(float(np.min(radii)), max(_MAX_DISTANCE_THICKNESSES * layer.thickness, 2 * float(np.max(radii))))
+    up = Layer(layer.thickness, layer.poisson, 0.0).waves(k)['pressed_up']
+    return np.array([-(_ball(k * radius) * _weights(k, radius)) @ up for radius in radii])
+
+
 class DiscLoads:
     """Displacements of the dots, and depression of the surface, under loads on discs of the layer's surface.
 
@@ -110,8 +146,7 @@ class DiscLoads:
         self.radii = np.geomspace(smallest, largest, int(np.ceil(np.log(largest / smallest) / np.log(_RADIUS_RATIO))) + 1)
         reach = max(_MAX_DISTANCE_THICKNESSES * layer.thickness, 2 * largest)
         self._distances = reach * np.linspace(0.0, 1.0, _TABLE_DISTANCES)**1.5
-        step = _PHASE_STEP / reach
-        k = np.arange(step / 2, _MAX_PHASE / smallest, step)
+        k = _wave_numbers(smallest, reach)
         wave, surface = layer.waves(k), Layer(layer.thickness, layer.poisson, 0.0).waves(k)
         mean, half = (wave['along'] + wave['across']) / 2, (wave['across'] - wave['along']) / 2
         self._tables, self._depressions = np.zeros((len(self.radii), 5, _TABLE_DISTANCES)), np.zeros(len(self.radii))
@@ -121,8 +156,8 @@ class DiscLoads:
         bessel.append(2 * bessel[1] / np.maximum(angle, 1e-9) - bessel[0] * (angle > 0))
         for n, radius in enumerate(self.radii):
             x = k * radius
-            weight = np.exp(-(x / _MAX_PHASE)**2 * 4) * k * step / (2 * np.pi)
-            press, shear = 3 * (np.sin(x) - x * np.cos(x)) / x**3 * weight, 2 * j1(x) / x * weight
+            weight = _weights(k, radius)
+            press, shear = _ball(x) * weight, 2 * j1(x) / x * weight
             self._tables[n] = [bessel[0] @ (shear * mean), bessel[2] @ (shear * half), bessel[1] @ (shear * wave['up']),
                                -bessel[1] @ (press * wave['pressed_along']), bessel[0] @ (press * wave['pressed_up'])]
             self._depressions[n] = -(press @ surface['pressed_up'])

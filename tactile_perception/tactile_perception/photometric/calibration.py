@@ -113,7 +113,12 @@ class BallFit:
         self._total = sum(self._sums[1:], self._sums[0])
 
     def _leave_out(self) -> None:
-        """Leave out presses whose slopes differ more than usual from those that the others predict: their circle is not on a ball."""
+        """Leave out presses beyond the border of the image, and those whose slopes differ more than usual from what the others predict:
+        their circle is not on a ball."""
+        rows, columns = self._x.shape
+        for k in reversed(range(len(self.presses))):
+            if not (0 <= self.circles[k].x <= columns - 1 and 0 <= self.circles[k].y <= rows - 1):
+                self._drop(k, 'the ball is beyond the border of the image')
         while True:
             error = np.log([self._misfit(k) for k in range(len(self.presses))])
             middle = np.median(error)
@@ -121,13 +126,17 @@ class BallFit:
             worst = int(np.argmax(error))
             if error[worst] - middle < _UNLIKE * spread:
                 return
-            if len(self.presses) == _MIN_PRESSES:
-                raise BadCalibration(f'{len(self.presses)} presses of a ball were found that agree with each other, and {_MIN_PRESSES} are '
-                                     'needed; press it at twenty positions all over the gel, and lift it in between')
-            self.left_out.append(f'{self.presses[worst].name}: its slopes differ from those that the other presses predict')
-            self._total = self._total - self._sums[worst]
-            for kept in (self.presses, self.circles, self._sums):
-                del kept[worst]
+            self._drop(worst, 'its slopes differ from those that the other presses predict')
+
+    def _drop(self, k: int, reason: str) -> None:
+        """Leave out a press. Raises BadCalibration where too few remain."""
+        if len(self.presses) == _MIN_PRESSES:
+            raise BadCalibration(f'{len(self.presses)} presses of a ball were found that agree with each other, and {_MIN_PRESSES} are '
+                                 'needed; press it at twenty positions all over the gel, and lift it in between')
+        self.left_out.append(f'{self.presses[k].name}: {reason}')
+        self._total = self._total - self._sums[k]
+        for kept in (self.presses, self.circles, self._sums):
+            del kept[k]
 
     def _misfit(self, k: int) -> float:
         """Error of the slopes of a press by the fit without it, relative to these slopes."""

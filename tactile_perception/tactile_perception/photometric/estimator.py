@@ -16,6 +16,7 @@ from ..common.estimates import AT_EDGE, NONE, ContactEstimate, ContactRegionEsti
 from ..common.surface import Moments, axes
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints
 from ..core.errors import BadFrame
+from .force import ForceLaw
 from .markers import dot_states
 from .model import SIGNIFICANT, DepthModel, Reconstruction, deeper_half
 from .observation import WORKING_WIDTH, Background, relative_change, to_working_size
@@ -80,10 +81,12 @@ class PhotometricEstimator:
         Calibrated model.
     scale : float
         Length in m on the gel that one pixel of the image shows.
+    force : ForceLaw, optional
+        Force of a contact; None: forces are NaN.
     """
 
-    def __init__(self, model: DepthModel, scale: float):
-        self._model, self._scale = model, scale
+    def __init__(self, model: DepthModel, scale: float, force: ForceLaw | None = None):
+        self._model, self._scale, self._force = model, scale, force
         self._tracker = ContactTracker()
         self.set_reference()
 
@@ -136,7 +139,7 @@ class PhotometricEstimator:
                                        _MAX_JUMP * WORKING_WIDTH * pixel, stamp_s)
         contacts = [replace(self._contact(patch, depth, pixel), id=one.number) for patch, one in zip(patches, tracked)]
         points = partial(self._points, depth, slope, region.dot_state, pixel)
-        return PhotometricResult(region, contacts, np.full(6, np.nan), points, depth, touching, pixel)
+        return PhotometricResult(region, contacts, self._wrench(patches, contacts), points, depth, touching, pixel)
 
     def _observe(self, working: np.ndarray, stamp_s: float) -> None:
         """Average the untouched gel. Raises BadFrame for another size."""
@@ -199,6 +202,15 @@ class PhotometricEstimator:
         region.major_axis, region.minor_axis, region.orientation = axes(total, [*region.outlines, *region.holes], pixel)
         return region
 
+    def _wrench(self, patches: list[_Patch], contacts: list[ContactEstimate]) -> np.ndarray:
+        """(6,) N and N m: the pressing force, and its torque about the axes in the surface; NaN for what shear contributes."""
+        if self._force is None:
+            return np.full(6, np.nan)
+        if not patches:
+            return np.zeros(6)
+        torque = sum(one.force * np.array([-patch.moments.centroid[1], patch.moments.centroid[0]]) for patch, one in zip(patches, contacts))
+        return np.array([np.nan, np.nan, -sum(one.force for one in contacts), *torque, np.nan])
+
     def _outlines(self, mask: np.ndarray, depth: np.ndarray, pixel: float) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Outlines and holes of a mask, (M, 3) m each."""
         lines, family = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
@@ -217,7 +229,8 @@ class PhotometricEstimator:
         model, width = self._model, depth.shape[1] * pixel
         covariance = np.diag([(model.position_sigma * width)**2] * 2 + [(model.depth_sigma * width)**2 + (model.slope_error * deepest)**2])
         is_at_edge = patch.mask[[0, -1]].any() or patch.mask[:, [0, -1]].any()
-        return ContactEstimate(0, position, patch.normal, deepest, np.nan, covariance, AT_EDGE if is_at_edge else 0, np.zeros(0, bool))
+        force = self._force.force(float(depth[patch.mask].sum()) * pixel**2, patch.moments.area) if self._force else np.nan
+        return ContactEstimate(0, position, patch.normal, deepest, force, covariance, AT_EDGE if is_at_edge else 0, np.zeros(0, bool))
 
     def _points(self, depth: np.ndarray, slope: np.ndarray, state: np.ndarray, pixel: float) -> SurfacePoints:
         """The surface as a grid of points."""

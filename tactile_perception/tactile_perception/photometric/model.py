@@ -40,7 +40,8 @@ class DepthModel:
     coefficients: (FEATURES, 2), of the slope; noise: (3, 3), covariance of the averaged change of an untouched skin; background: (h, w, 3),
     the untouched gel, small; depth_sigma: standard deviation of the depth of an untouched skin, in widths of the image; slope_error: that
     of a depth, relative to it; position_sigma: that of a contact's position, one coordinate, in widths of the image; skirt: length, in
-    widths of the image, whose square is the depth of the skin beside an object over its bend.
+    widths of the image, whose square is the depth of the skin beside an object over its bend; modulus: Pa, of ForceLaw, and force_error:
+    relative standard deviation of a force; 0: unknown.
     """
 
     coefficients: np.ndarray
@@ -50,11 +51,13 @@ class DepthModel:
     slope_error: float
     position_sigma: float
     skirt: float
+    modulus: float = 0.0
+    force_error: float = 0.0
 
     @classmethod
     def from_dict(cls, fitted: Mapping, path: str) -> DepthModel:
         """Of the fitted values of a calibration file. Raises BadCalibration for values that make no model."""
-        found = fitted_arrays(fitted, _FITTED, path)
+        found = fitted_arrays(fitted, _FITTED | {name: () for name in ('modulus', 'force_error') if name in fitted}, path)
         eigenvalues = np.linalg.eigvalsh(found['noise'])
         sigmas = [found[name] for name in ('depth_sigma', 'slope_error', 'position_sigma', 'skirt')]
         if not (eigenvalues > 0).all() or not min(sigmas) > 0:

@@ -12,6 +12,7 @@ PHOTOMETRIC_GEL = SensorType(
     arguments=CAMERA_INFO,
     uncalibrated='depth needs a calibration; press a ball of known radius at twenty positions',
     calibration_parameters=('gel.scale',),
-    calibrate='tactile_perception.photometric.tools:calibrate_balls',
-    calibrate_options=('sphere_radius',),
+    calibrate='tactile_perception.photometric.tools:calibrate_gel',
+    loaded='through a ball in the middle of the gel',
+    calibrate_options=('sphere_radius', 'weight'),
 )

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stage of a photometric gel: images in; contact region, contacts, points and wrench (NaN) out; of a gel with markers also dots and
+"""The stage of a photometric gel: images in; contact region, contacts, points and wrench out; of a gel with markers also dots and
 slip."""
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from ..core.calibration_file import read_calibration
 from ..core.errors import BadFrame
 from ..core.stage import Input, Stage
 from .estimator import PhotometricEstimator, PhotometricResult
+from .force import ForceLaw
 from .markers import PrintedDots
 from .model import DepthModel
 from .parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS, SENSOR
@@ -26,6 +27,8 @@ _OF_DOTS = {'dots', 'slip', 'contact_region'}  # topics whose content depends on
 
 class PhotometricStage(Stage):
     """image_raw -> contact_region, contacts, points, wrench; dots and slip of a gel with markers.
+
+    model: DepthModel, None without a calibration.
 
     Parameters
     ----------
@@ -47,7 +50,7 @@ class PhotometricStage(Stage):
     def __init__(self, values: Mapping):
         super().__init__(values)
         path = values['calibration']
-        self._model = DepthModel.from_dict(read_calibration(path, SENSOR, values).fitted, path) if path else None
+        self.model = DepthModel.from_dict(read_calibration(path, SENSOR, values).fitted, path) if path else None
         self._frame_id = values['frame_id'] or SENSOR
         self.reset()
 
@@ -57,8 +60,10 @@ class PhotometricStage(Stage):
 
     def reset(self) -> None:
         """Drop all earlier images, and the reference."""
-        is_known = self._model is not None and self.values['gel.scale'] > 0
-        self.estimator = PhotometricEstimator(self._model, self.values['gel.scale']) if is_known else None
+        is_known, self.estimator = self.model is not None and self.values['gel.scale'] > 0, None
+        if is_known:
+            force = ForceLaw(self.model.modulus, self.values) if self.model.modulus else None
+            self.estimator = PhotometricEstimator(self.model, self.values['gel.scale'], force)
         self.dots = PrintedDots(self.values) if self.values['gel.markers'] else None
 
     def set_reference(self) -> None:
@@ -95,8 +100,10 @@ class PhotometricStage(Stage):
 
     def health(self) -> tuple[str, dict]:
         """Warns of a missing calibration, of a gel or light that is not that of the calibration, and of dots without a reference."""
-        dots = {} if self.dots is None else {'dots': self.dots.tracker.found}
+        values = {} if self.dots is None else {'dots': self.dots.tracker.found}
+        if self.model is not None and self.model.modulus:
+            values['standard deviation of the force'] = f'{self.model.force_error:.0%} of it'
         if self.estimator is None:
             return ('nothing is estimated: set gel.scale and calibration; press a ball of known radius at twenty positions '
-                    '(docs/photometric_gel.md)'), dots
-        return self.estimator.warning or (self.dots.tracker.warning if self.dots else ''), dots
+                    '(docs/photometric_gel.md)'), values
+        return self.estimator.warning or (self.dots.tracker.warning if self.dots else ''), values

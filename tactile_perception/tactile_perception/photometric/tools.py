@@ -1,9 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""calibrate of a photometric gel: finds the presses of a ball in recordings, and writes the calibration file."""
+"""calibrate of a photometric gel: depth by presses of a ball, which it finds in recordings, and force by known weights."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +17,17 @@ from tactile_driver.recordings.serialization import decode
 from ..bags.stamped import find_prefix
 from ..common.progress import progress
 from ..common.residuals import Residuals, write_and_report
-from ..core.calibration_file import CalibrationFile, Specimen
+from ..core.calibration_file import CalibrationFile, Specimen, read_calibration, write_calibration
 from ..core.errors import BadCalibration, BadFrame
 from ..core.parameter_files import read_parameters
+from ..layer.weights import fit_modulus, read_loads
 from .calibration import BallFit, Press, draw_circles
 from .circles import CircleSearch
+from .force import SHAPE_ERROR
 from .model import averaged
 from .observation import Background, to_working_size
 from .parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS, SENSOR
+from .stage import PhotometricStage
 
 _UNTOUCHED_S = 1.0  # at the start of a recording
 
@@ -71,7 +75,7 @@ def calibrate_balls(bags: list[Path], params: Path, output: Path, namespace: str
                    (('depth', errors.depth), ('position', away), ('untouched', errors.untouched))}
     content = CalibrationFile(
         SENSOR, {'noise': 'squared relative change'} | dict.fromkeys(('depth_sigma', 'position_sigma', 'skirt'), 'widths of the image'),
-        {name: getattr(model, name) for name in model.__dataclass_fields__}, millimetres,
+        {name: getattr(model, name) for name in model.__dataclass_fields__ if name not in ('modulus', 'force_error')}, millimetres,
         {'x_mm': _range(position[:, 0]), 'y_mm': _range(position[:, 1]), 'slope': [0.0, float(np.max(fit.steepest()))]}, left_out,
         serial=serial, parameters=Specimen(serial, values).parameters(SENSOR))
     return write_and_report(output, content, residuals, [
@@ -80,6 +84,70 @@ def calibrate_balls(bags: list[Path], params: Path, output: Path, namespace: str
         'RMS, untouched skin {untouched_rms_mm:.3f} mm RMS'.format(**millimetres),
         f'standard deviation of a depth: {model.slope_error:.1%} of it and {1e3 * model.depth_sigma * values["gel.scale"] * width:.3f} mm',
         f'circles, to be checked: {output.with_name(output.stem + "_circles.png")}'])
+
+
+def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
+                      weight: float | None = None) -> str:
+    """Fit the modulus of a gel to known weights, and write the calibration file, which has the depths of the earlier one.
+
+    Parameters
+    ----------
+    bags : list of Path
+        Recordings of images. Each begins with a second of the untouched gel; then a known weight presses an object on it.
+    params : Path
+        Parameter file, whose `calibration` is the file with the depths.
+    output, namespace, serial
+        See `SensorType.calibrate`.
+    weight : float, optional
+        Force in N that presses in each recording; None: the recordings contain `ground_truth/wrench`.
+
+    Returns
+    -------
+    str
+        Report.
+
+    Raises
+    ------
+    BadCalibration
+        If depths are not calibrated, or a recording contains no press with a known load.
+    """
+    values, left_out = read_parameters(params, PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS), []
+    if not values['calibration']:
+        raise BadCalibration(f'{params}: the parameter calibration is empty; calibrate depth with a ball first (--sphere-radius), and '
+                             'put in the name of its file')
+    content = read_calibration(values['calibration'], SENSOR, values)
+
+    def new_stage() -> PhotometricStage:
+        stage = PhotometricStage(values | {'gel.markers': False})
+        stage.model = replace(stage.model, modulus=1.0)
+        stage.reset()
+        return stage
+
+    sigma = float(np.hypot(SHAPE_ERROR, content.fitted['slope_error']))
+    loads = read_loads(bags, new_stage, lambda force, stage: sigma * force, namespace, weight, left_out)
+    fit, newtons = fit_modulus(loads), [load.newtons for load in loads]
+    write_calibration(output, replace(
+        content, units=content.units | {'modulus': 'Pa', 'force_error': 'of the force'},
+        fitted=content.fitted | {'modulus': fit.value, 'force_error': fit.force_sigma},
+        residuals=content.residuals | {'force_scatter': fit.scatter, 'loads': len(loads)},
+        calibrated_range=content.calibrated_range | {'force': [min(newtons), max(newtons)]}, left_out=content.left_out + left_out,
+        serial=serial or content.serial))
+    return '\n'.join([
+        f'{len(loads)} loads',
+        *(f'{load.newtons:.3g} N: {fit.value * load.unit_force:.3g} N with this calibration' for load in loads),
+        f'modulus {fit.value:.4g} Pa; the standard deviation of a force is {fit.force_sigma:.1%} of it',
+        *(f'left out: {line}' for line in left_out), f'written: {output}'])
+
+
+def calibrate_gel(*given: object, sphere_radius: float | None = None, weight: float | None = None, **named: object) -> str:
+    """Calibrate depth with a ball (`calibrate_balls`), or, without the radius of one, force with known weights (`calibrate_weights`).
+
+    Raises BadCalibration for both at once."""
+    if sphere_radius is not None and weight is not None:
+        raise BadCalibration('give --sphere-radius, to calibrate depth, or --weight, to calibrate force, and not both')
+    if sphere_radius is None:
+        return calibrate_weights(*given, weight=weight, **named)
+    return calibrate_balls(*given, sphere_radius=sphere_radius, **named)
 
 
 def _read_all(bags: list[Path], namespace: str, left_out: list[str]) -> tuple[list[Press], list[np.ndarray], int]:

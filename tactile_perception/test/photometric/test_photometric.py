@@ -20,7 +20,7 @@ from tactile_perception.photometric.observation import Background, to_working_si
 from tactile_perception.photometric.parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS
 from tactile_perception.photometric.stage import PhotometricStage
 from tactile_perception.photometric.surface import Integrator
-from tactile_perception.photometric.tools import calibrate_balls
+from tactile_perception.photometric.tools import calibrate_balls, calibrate_gel
 
 RATE, SEED = 10.0, 5
 
@@ -191,6 +191,35 @@ def test_the_circle_of_a_ball_is_found(centre, radius):
 def dragged(specimen):
     """(result, truth) of each frame of a ball that is pressed and dragged over a gel with dots until it slips."""
     return played(specimen[0] | {'gel.markers': True, 'gel.friction': 0.5, 'gel.thickness': 0.004}, 'photometric_shear')
+
+
+@pytest.mark.parametrize('specimen', ['_dots'], indirect=True)
+def test_known_weights_give_the_force_of_other_presses_and_its_error(specimen, tmp_path):
+    values, _, _, _ = specimen
+    frames = list(messages_of('photometric_shear'))
+    params, output = tmp_path / 'gel.yaml', tmp_path / 'calibration.yaml'
+    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {
+        'sensor_type': 'photometric_gel', 'gel.scale': SCALE, 'gel.thickness': 0.004, 'calibration': values['calibration']}}}))
+    at_rest = frames[25:31]  # of the deepest press
+    recording = [frame[:3] for frame in frames[:12] + at_rest]
+    write_messages(tmp_path / 'weight', '/gel', recording)
+    report = calibrate_gel([tmp_path / 'weight'], params, output, weight=-float(at_rest[0][3].wrench[2]))
+    assert report.startswith('1 loads')
+    stage = PhotometricStage(values | {'calibration': str(output), 'gel.thickness': 0.004})
+    force = []
+    for _, _, message, truth in frames:
+        wrench = stage.process(message, ['wrench'])['wrench'][0].wrench
+        if truth.contacts and truth.contacts[0].depth > 2e-4:
+            force.append((wrench.force.z, truth.wrench[2]))
+            assert np.isnan([wrench.force.x, wrench.force.y, wrench.torque.z]).all()
+        elif not truth.contacts:
+            assert wrench.force.z == 0.0
+    found, true = np.array(force).T
+    sigma = stage.model.force_error
+    assert 0.1 < sigma < 0.2 and (true < 0).all()
+    assert np.sqrt(np.mean((found / true - 1)**2)) < 1.5 * sigma
+    with pytest.raises(BadCalibration, match='not both'):
+        calibrate_gel([tmp_path / 'weight'], params, output, weight=1.0, sphere_radius=0.002)
 
 
 @pytest.mark.parametrize('specimen', ['_dots'], indirect=True)
