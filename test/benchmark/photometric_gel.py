@@ -3,12 +3,14 @@
 """Depth, its stated error, contact area and time of a photometric gel, on simulated specimens that are calibrated as a user does.
 
     python3 test/benchmark/photometric_gel.py [GELS]
-    python3 test/benchmark/photometric_gel.py --images FOLDER 'sample_*.jpg' ref.jpg --ball 3.8 --scale 0.10577
+    python3 test/benchmark/photometric_gel.py --images FOLDER 'sample_*.jpg' ref.jpg --ball 3.8 --scale 0.10577 --index abe_corr.npz
 
-The second reads real images of a ball: the gel is calibrated with every other one, and the others show the errors. The corners are
-those of a rectangle that fills the image after an oblique view is corrected. The figures of docs/photometric_gel.md are of two public
-repositories: siyuandong16/gelsight_heightmap_reconstruction (illumination_calib/Dots1, as above) and wyh5625/gelsight (data/calibration2,
-'cal-*.jpg' bg-0.jpg --ball 1.98 --scale 0.1 --corners 33 58 208 61 56 250 185 244).
+The second reads real images of a ball: the gel is calibrated with every other one, and the others show the errors. The corners are those
+of a rectangle that fills the image after an oblique view is corrected. The figures of docs/photometric_gel.md are of two public
+repositories, with their authors' own corrections of the view, scales and radii: siyuandong16/gelsight_heightmap_reconstruction
+(illumination_calib/Dots1 with python_version/abe_corr.npz, as above) and wyh5625/gelsight (data/calibration2, 'cal-*.jpg' bg-0.jpg
+--ball 2.42 --scale 0.1 --corners 33 58 208 61 56 250 185 244, the radius as in 2_dataset.py until the commit 0b2946c, which was written
+for these images; data/calibration, 'ball-*.jpg'; data/calibration5, which has no dots, with --every 12).
 """
 from __future__ import annotations
 
@@ -22,7 +24,7 @@ import numpy as np
 
 from tactile_driver.simulation.sensors.photometric_gel import SCALE, PhotometricScene, PressScript
 from tactile_perception.photometric.calibration import BallFit, Press
-from tactile_perception.photometric.circles import CircleSearch
+from tactile_perception.photometric.circles import Circle, CircleSearch
 from tactile_perception.photometric.estimator import PhotometricEstimator
 from tactile_perception.photometric.model import DepthModel, Reconstruction
 from tactile_perception.photometric.observation import Background, to_working_size
@@ -107,20 +109,25 @@ def read_images(folder: Path, pattern: str, untouched: str, corners: list[float]
     return background, presses
 
 
+def cap_error(depth: np.ndarray, circle: Circle, radius: float) -> tuple[float, float]:
+    """Error of the height of a ball's cap over the edge of a circle in a depth (H, W), and that height; all in px."""
+    y, x = np.mgrid[:depth.shape[0], :depth.shape[1]]
+    distance = np.hypot(x - circle.x, y - circle.y)
+    cap = radius - np.sqrt(radius**2 - circle.radius**2)
+    return float(depth[distance < 0.1 * circle.radius + 1].mean() - depth[np.abs(distance - circle.radius) < 1].mean() - cap), cap
+
+
 def real(background: Background, presses: list[Press], radius: float, scale: float) -> str:
     """Errors of the heights of caps of a ball at every other press, of a gel that is calibrated with the presses between.
 
     radius: px; scale: mm a px, of working images."""
     model = BallFit(presses[::2], radius).model([background.image])
     others, reconstruction = BallFit(presses[1::2], radius), Reconstruction(model, background.shape)
-    y, x = np.mgrid[:background.shape[0], :background.shape[1]]
     error, stated, caps, over = [], [], [], []
     for press, circle in zip(others.presses, others.circles):
         depth, slope, _ = reconstruction.process(press.change, press.hidden)
-        distance = np.hypot(x - circle.x, y - circle.y)
-        edge = np.abs(distance - circle.radius) < 1
-        cap = radius - np.sqrt(radius**2 - circle.radius**2)
-        error.append(depth[distance < 0.1 * circle.radius + 1].mean() - depth[edge].mean() - cap)
+        away, cap = cap_error(depth, circle, radius)
+        error.append(away)
         stated.append(np.hypot(model.depth_sigma * background.shape[1], model.slope_error * cap))
         caps.append(cap)
         over.append(np.sqrt(reconstruction.touching(depth, slope).sum() / np.pi))

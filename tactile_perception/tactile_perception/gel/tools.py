@@ -17,8 +17,8 @@ from ..core.errors import BadCalibration, BadFrame
 from ..core.messages import stamp_seconds
 from ..core.parameter_files import read_parameters
 from ..dots.tracker import make_tracker
+from ..layer.tools import fit_modulus, read_loads
 from ..layer.undeformed import spacing_of
-from ..layer.weights import fit_modulus, read_loads
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR as PINS, fit_pins, smoothed
 from .stage import GEL, GelStage

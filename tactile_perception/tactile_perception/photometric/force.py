@@ -30,16 +30,16 @@ class ForceLaw:
     modulus : float
         E* = E / (1 - nu^2) in Pa.
     values : Mapping
-        Values of LAYER_PARAMETERS. A layer of known thickness resists more than a half-space does.
+        Values of LAYER_PARAMETERS; gel.thickness is above 0. A layer resists more than a half-space does: without its thickness, forces of
+        a small and a large contact would differ by half.
     """
 
     def __init__(self, modulus: float, values: Mapping):
         self._modulus, thickness = modulus, values['gel.thickness']
-        self._radii, self._stiffening = np.ones(1), np.ones(1)
-        if thickness:  # in a half-space the depression is 3 (1 - nu) / (8 a)
-            layer = layer_of(values)
-            self._radii = thickness * np.geomspace(_SMALLEST, _LARGEST, _RADII)
-            self._stiffening = 3 * (1 - layer.poisson) / (8 * self._radii) / depressions(layer, self._radii)
+        layer = layer_of(values)
+        self._radii = thickness * np.geomspace(_SMALLEST, _LARGEST, _RADII)
+        # In a half-space the depression is 3 (1 - nu) / (8 a).
+        self._stiffening = 3 * (1 - layer.poisson) / (8 * self._radii) / depressions(layer, self._radii)
 
     def force(self, volume: float, area: float) -> float:
         """Pressing force in N.

@@ -62,7 +62,8 @@ class PhotometricStage(Stage):
         """Drop all earlier images, and the reference."""
         is_known, self.estimator = self.model is not None and self.values['gel.scale'] > 0, None
         if is_known:
-            force = ForceLaw(self.model.modulus, self.values) if self.model.modulus else None
+            has_force = self.model.modulus and self.values['gel.thickness']
+            force = ForceLaw(self.model.modulus, self.values) if has_force else None
             self.estimator = PhotometricEstimator(self.model, self.values['gel.scale'], force)
         self.dots = PrintedDots(self.values) if self.values['gel.markers'] else None
 

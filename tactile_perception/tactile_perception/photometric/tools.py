@@ -20,7 +20,7 @@ from ..common.residuals import Residuals, write_and_report
 from ..core.calibration_file import CalibrationFile, Specimen, read_calibration, write_calibration
 from ..core.errors import BadCalibration, BadFrame
 from ..core.parameter_files import read_parameters
-from ..layer.weights import fit_modulus, read_loads
+from ..layer.tools import fit_modulus, read_loads
 from .calibration import BallFit, Press, draw_circles
 from .circles import CircleSearch
 from .force import SHAPE_ERROR
@@ -109,12 +109,14 @@ def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: s
     Raises
     ------
     BadCalibration
-        If depths are not calibrated, or a recording contains no press with a known load.
+        If depths are not calibrated, gel.thickness is not known, or a recording contains no press with a known load.
     """
     values, left_out = read_parameters(params, PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS), []
     if not values['calibration']:
         raise BadCalibration(f'{params}: the parameter calibration is empty; calibrate depth with a ball first (--sphere-radius), and '
                              'put in the name of its file')
+    if not values['gel.thickness']:
+        raise BadCalibration(f'{params}: forces depend on gel.thickness; measure it')
     content = read_calibration(values['calibration'], SENSOR, values)
 
     def new_stage() -> PhotometricStage:

@@ -200,10 +200,8 @@ def test_known_weights_give_the_force_of_other_presses_and_its_error(specimen, t
     params, output = tmp_path / 'gel.yaml', tmp_path / 'calibration.yaml'
     params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {
         'sensor_type': 'photometric_gel', 'gel.scale': SCALE, 'gel.thickness': 0.004, 'calibration': values['calibration']}}}))
-    at_rest = frames[25:31]  # of the deepest press
-    recording = [frame[:3] for frame in frames[:12] + at_rest]
-    write_messages(tmp_path / 'weight', '/gel', recording)
-    report = calibrate_gel([tmp_path / 'weight'], params, output, weight=-float(at_rest[0][3].wrench[2]))
+    write_messages(tmp_path / 'weight', '/gel', [frame[:3] for frame in frames[:31]])  # up to the end of the press, before the drag
+    report = calibrate_gel([tmp_path / 'weight'], params, output, weight=-float(frames[30][3].wrench[2]))
     assert report.startswith('1 loads')
     stage = PhotometricStage(values | {'calibration': str(output), 'gel.thickness': 0.004})
     force = []
@@ -218,6 +216,7 @@ def test_known_weights_give_the_force_of_other_presses_and_its_error(specimen, t
     sigma = stage.model.force_error
     assert 0.1 < sigma < 0.2 and (true < 0).all()
     assert np.sqrt(np.mean((found / true - 1)**2)) < 1.5 * sigma
+    assert np.isnan(PhotometricStage(values | {'calibration': str(output)}).process(frames[0][2], ['wrench'])['wrench'][0].wrench.force.z)
     with pytest.raises(BadCalibration, match='not both'):
         calibrate_gel([tmp_path / 'weight'], params, output, weight=1.0, sphere_radius=0.002)
 
