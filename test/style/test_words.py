@@ -27,8 +27,8 @@ FINISHED = (
         'camera', 'nodes', 'parameters', 'recordings', 'serial', 'simulation', 'sources', 'stitching/methods.py', '__init__.py',
         'emulators.py', 'errors.py', 'frame.py', 'frame_names.py', 'lens.py', 'plugins.py', 'stamp_gaps.py')),
     *(f'tactile_perception/tactile_perception/{name}' for name in (
-        'core', 'common', 'dots', 'bags', 'tools', 'evaluation', 'finger', 'force_taxels', 'gel', 'layer', 'photometric', 'taxel', 'touchpad',
-        'api.py')),
+        'core', 'common', 'dots', 'bags', 'tools', 'evaluation', 'finger', 'force_taxels', 'gel', 'layer', 'photometric', 'taxel',
+        'touchpad', 'api.py')),
     *(f'tactile_perception/test/{name}' for name in (
         'bags', 'common', 'core', 'evaluation', 'finger', 'force_taxels', 'gel', 'helpers', 'photometric', 'taxel', 'tools', 'touchpad',
         'conftest.py', 'test_work_log.py')),
