@@ -11,4 +11,5 @@ PYBIND11_MODULE(_core, module) {
     tactile::border::bind_finger(module);
     tactile::border::bind_press(module);
     tactile::border::bind_taxel(module);
+    tactile::border::bind_force_taxels(module);
 }

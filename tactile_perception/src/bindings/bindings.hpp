@@ -8,6 +8,7 @@
 namespace tactile::border {
 
 void bind_dots(pybind11::module_& module);
+void bind_force_taxels(pybind11::module_& module);
 void bind_touchpad(pybind11::module_& module);
 void bind_common(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);

@@ -1,0 +1,230 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "force_taxels/slip.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactile::force_taxels {
+
+namespace {
+
+constexpr double LOWEST = 0.05, HIGHEST = 3;  // coefficients of friction of skins on objects: ice to clean rubber
+constexpr double MIN_PROBABILITY = 1e-3;      // of each mode, so that a change shows at once
+constexpr double MAX_EVIDENCE = 20;           // of a frame, against overflow
+constexpr double UNKNOWN = 1e6;               // noise variances of a shear that is not known yet
+constexpr double TINY = 1e-12;                // against a division by zero
+constexpr double STEP_S = 0.01;               // s, of the changes that SlipLimits gives
+constexpr double LOGISTIC = 1.702;            // a logistic function of this slope is within 0.01 of the normal distribution function
+
+double square(double x) {
+    return x * x;
+}
+double normal_below(double deviations) {
+    return 1 / (1 + std::exp(-LOGISTIC * std::clamp(deviations, -MAX_EVIDENCE, MAX_EVIDENCE)));
+}
+double probability(double x) {
+    return std::clamp(x, MIN_PROBABILITY, 1 - MIN_PROBABILITY);
+}
+
+}  // namespace
+
+SlipFilter::SlipFilter(std::ptrdiff_t count, const SlipLimits& limits) : limits_(limits), taxels_(count) {
+    for (int k = 0; k < COEFFICIENTS; ++k) {
+        coefficient_[k] = LOWEST * std::pow(HIGHEST / LOWEST, k / (COEFFICIENTS - 1.0));
+        prior_[k] = -0.5 * square(std::log(coefficient_[k] / limits.median) / std::log(limits.factor));
+    }
+    set_weights(prior_);
+    prior_ = log_;
+}
+
+void SlipFilter::reset() {
+    std::fill(taxels_.begin(), taxels_.end(), Taxel{});
+    moving = 0.5;
+}
+
+double SlipFilter::friction() const {
+    double sum = 0;
+    for (int k = 0; k < COEFFICIENTS; ++k) sum += weight_[k] * coefficient_[k];
+    return sum;
+}
+
+double SlipFilter::friction_sigma() const {
+    double sum = 0;
+    const double mean = friction();
+    for (int k = 0; k < COEFFICIENTS; ++k) sum += weight_[k] * square(coefficient_[k] - mean);
+    return std::sqrt(sum);
+}
+
+void SlipFilter::set_weights(const Coefficients& log) {
+    const double largest = *std::max_element(log.begin(), log.end());
+    double sum = 0;
+    for (const double one : log) sum += std::exp(one - largest);
+    for (int k = 0; k < COEFFICIENTS; ++k) {
+        log_[k] = log[k] - largest - std::log(sum);
+        weight_[k] = std::exp(log_[k]);
+    }
+}
+
+std::vector<double> SlipFilter::update(const TaxelForces& frame, double interval) {
+    std::vector<double> found(taxels_.size(), 0.0);
+    std::vector<Reading> readings;
+    bool was_touched = false;
+    for (std::ptrdiff_t k = 0; k < count(); ++k) {
+        was_touched = was_touched || taxels_[k].touched;
+        taxels_[k].touched = taxels_[k].touched && frame.touched[k];
+        if (!frame.touched[k]) continue;
+        Reading& one = readings.emplace_back();
+        one.taxel = &taxels_[k];
+        read(frame, k, one);
+    }
+    if (readings.empty()) {
+        if (!was_touched) return found;
+        Coefficients mixed;
+        for (int k = 0; k < COEFFICIENTS; ++k)
+            mixed[k] = std::log((1 - limits_.forgotten) * weight_[k] + limits_.forgotten * std::exp(prior_[k]));
+        set_weights(mixed);
+        reset();
+        return found;
+    }
+    for (Reading& one : readings) {
+        rate_ratio(one);
+        predict(one, interval);
+    }
+    weigh(readings, interval);
+    learn(readings, interval);
+    for (const Reading& one : readings) {
+        one.taxel->press = one.press;
+        one.taxel->touched = true;
+        found[one.taxel - taxels_.data()] = moving * one.taxel->slips;
+    }
+    return found;
+}
+
+void SlipFilter::read(const TaxelForces& frame, std::ptrdiff_t k, Reading& one) const {
+    const double *force = frame.force + 3 * k, *noise = frame.noise + 3 * k, *offset = frame.offset + 3 * k;
+    one.shear = {force[0], force[1]};
+    one.press = std::max(force[2], TINY);
+    one.noise = 0.5 * (noise[0] + noise[1]);
+    one.press_noise = noise[2];
+    one.ratio = std::hypot(force[0], force[1]) / one.press;
+    const double across = one.noise + 0.5 * (offset[0] + offset[1]), along = noise[2] + offset[2];
+    one.sigma = std::sqrt((across + square(one.ratio) * along) / square(one.press) + square(limits_.skewed));
+    one.is_first = !one.taxel->touched;
+    one.counts = frame.is_new[k] && !one.is_first;
+}
+
+// Coulomb: a taxel slips where the ratio of its shear to its pressure is the coefficient of friction, and sticks below it. A load whose
+// ratio has grown would have begun to slip at the coefficients that it has passed.
+void SlipFilter::rate_ratio(Reading& one) const {
+    const auto& [x, y] = one.taxel->shear[LOAD];
+    const double before = std::min(one.ratio, std::hypot(x, y) / std::max(one.taxel->press, TINY));
+    const double spread = std::max(one.ratio, LOWEST) * std::log(HIGHEST / LOWEST);  // each magnitude of a ratio is as likely
+    double sticks = TINY, stuck = TINY;
+    for (int k = 0; k < COEFFICIENTS; ++k) {
+        const double sigma = std::sqrt(square(one.sigma) + square(limits_.uneven * coefficient_[k]));
+        const double beyond = (coefficient_[k] - one.ratio) / sigma, below = normal_below(beyond);
+        one.cone[k] = std::exp(-0.5 * square(beyond)) / (sigma * std::sqrt(2 * M_PI));
+        one.below[k] = below / spread;
+        sticks += weight_[k] * below;
+        stuck += weight_[k] * normal_below((coefficient_[k] - before) / sigma);
+    }
+    one.begins = one.is_first ? 0 : 1 - sticks / stuck;
+}
+
+// Mixes the filters of the modes, predicts the reading by each, and corrects them with it.
+void SlipFilter::predict(Reading& one, double interval) {
+    Taxel& taxel = *one.taxel;
+    const double load_variance = square(friction() * one.press / limits_.load_s);
+    if (one.is_first) {
+        taxel.shear.fill(one.shear);
+        taxel.variance.fill(UNKNOWN * one.noise);
+        taxel.rate = {}, taxel.rate_variance = load_variance, taxel.rate_with_shear = 0;
+        taxel.slips = limits_.unchanged, taxel.press = one.press;
+    }
+    const double change = std::min(limits_.changes * interval, 0.5), stop = std::min(limits_.stops * interval, 0.5);
+    const double begins = std::max(one.begins, change), slips = taxel.slips, on = limits_.same * slips;
+    const std::array<Modes, MODES> steps{Modes{1 - change, change * (1 - on), change * on},
+                                         Modes{stop, (1 - stop) * (1 - begins), (1 - stop) * begins},
+                                         Modes{stop, (1 - stop) * change, (1 - stop) * (1 - change)}};
+    const Modes before{1 - moving, moving * (1 - slips), moving * slips};
+    std::array<Vector, MODES> mean{};
+    Modes variance{};
+    double is_load = 0;  // probability that a load goes on
+    for (int to = 0; to < MODES; ++to) {
+        Modes share;
+        one.arriving[to] = TINY;
+        for (int from = 0; from < MODES; ++from) one.arriving[to] += share[from] = before[from] * steps[from][to];
+        for (int from = 0; from < MODES; ++from)
+            for (int axis = 0; axis < 2; ++axis) mean[to][axis] += share[from] / one.arriving[to] * taxel.shear[from][axis];
+        for (int from = 0; from < MODES; ++from)
+            for (int axis = 0; axis < 2; ++axis)
+                variance[to] += 0.5 * share[from] / one.arriving[to] *
+                                (taxel.variance[from] + square(taxel.shear[from][axis] - mean[to][axis]));
+        if (to == LOAD) is_load = share[LOAD] / one.arriving[LOAD];
+    }
+    Vector rate;
+    double rate_variance = is_load * taxel.rate_variance + (1 - is_load) * load_variance, with = is_load * taxel.rate_with_shear;
+    for (int axis = 0; axis < 2; ++axis) {
+        rate[axis] = is_load * taxel.rate[axis];
+        rate_variance += 0.5 * is_load * (1 - is_load) * square(taxel.rate[axis]);
+        mean[LOAD][axis] += rate[axis] * interval;
+        mean[SLIP][axis] *= std::clamp(one.press / std::max(taxel.press, TINY), 0.5, 2.0);  // at the cone, shear is in proportion to pressure
+    }
+    const double size = square(one.shear[0]) + square(one.shear[1]), frames = interval / STEP_S;
+    variance[REST] += square(limits_.creep) * frames * one.noise;
+    variance[LOAD] += interval * (2 * with + interval * rate_variance);
+    variance[SLIP] += square(limits_.texture) * frames * size + square(one.ratio) * one.press_noise;
+    with += interval * rate_variance;
+    rate_variance += load_variance * interval / limits_.steady_s;
+    const bool corrects = one.counts || one.is_first;
+    double largest = -INFINITY;
+    for (int mode = 0; mode < MODES; ++mode) {
+        const double total = variance[mode] + one.noise, gain = corrects ? variance[mode] / total : 0;
+        const Vector error{one.shear[0] - mean[mode][0], one.shear[1] - mean[mode][1]};
+        one.likelihood[mode] = -0.5 * (square(error[0]) + square(error[1])) / total - std::log(total);
+        largest = std::max(largest, one.likelihood[mode]);
+        for (int axis = 0; axis < 2; ++axis) taxel.shear[mode][axis] = mean[mode][axis] + gain * error[axis];
+        taxel.variance[mode] = (1 - gain) * variance[mode];
+        if (mode != LOAD) continue;
+        const double rate_gain = corrects ? with / total : 0;
+        for (int axis = 0; axis < 2; ++axis) taxel.rate[axis] = rate[axis] + rate_gain * error[axis];
+        taxel.rate_variance = rate_variance - rate_gain * with;
+        taxel.rate_with_shear = (1 - gain) * with;
+    }
+    for (double& each : one.likelihood) each = std::exp(each - largest) + limits_.outlier;
+}
+
+// Whether the object moves, by all taxels, and which of them slip.
+void SlipFilter::weigh(std::vector<Reading>& readings, double interval) {
+    const double change = std::min(limits_.changes * interval, 0.5), stop = std::min(limits_.stops * interval, 0.5);
+    const double kept = std::min(interval / limits_.texture_s, 1.0), prior = moving * (1 - stop) + (1 - moving) * change;
+    double evidence = 0;
+    for (Reading& one : readings) {
+        auto& [rest, load, slip] = one.likelihood;
+        double cone = TINY, below = TINY;
+        for (int k = 0; k < COEFFICIENTS; ++k) cone += weight_[k] * one.cone[k], below += weight_[k] * one.below[k];
+        slip = ((1 - limits_.unchanged) * slip + limits_.unchanged * rest) * std::pow(cone / (cone + below), kept);
+        load *= std::pow(below / (cone + below), kept);
+        one.slips = probability(one.arriving[SLIP] / (one.arriving[LOAD] + one.arriving[SLIP]));
+        const double moves = one.slips * slip + (1 - one.slips) * load;
+        if (one.counts) evidence += std::log(moves / (rest * std::pow(0.5, kept)));
+        one.slips *= slip / moves;
+    }
+    const double odds = std::log(prior / (1 - prior)) + std::clamp(evidence, -MAX_EVIDENCE, MAX_EVIDENCE);
+    moving = probability(1 / (1 + std::exp(-odds)));
+    for (const Reading& one : readings)
+        if (one.counts) one.taxel->slips += moving * (one.slips - one.taxel->slips);
+}
+
+// At rest the forces are those of the frames before: they say nothing new of friction.
+void SlipFilter::learn(const std::vector<Reading>& readings, double interval) {
+    const double share = std::min(interval / limits_.texture_s, 1.0) * moving;
+    Coefficients log = log_;
+    for (int k = 0; k < COEFFICIENTS; ++k)
+        for (const Reading& one : readings)
+            log[k] += share * std::log(one.slips * one.cone[k] + (1 - one.slips) * one.below[k] + limits_.outlier);
+    set_weights(log);
+}
+
+}  // namespace tactile::force_taxels
