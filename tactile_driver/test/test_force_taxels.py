@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from sensor_msgs.msg import PointCloud2, PointField
 
 from tactile_driver.emulators import VectorEmulator
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording
@@ -74,6 +75,44 @@ def test_a_frame_survives_the_message():
     message.width = 6
     with pytest.raises(BadFrame, match='bytes for 6 points'):
         taxels_of_message(message)
+
+
+def cloud(rows, names=('x', 'y', 'z', 'fx', 'fy', 'fz'), kind='<f4'):
+    """A message of points (N, K) with these fields."""
+    rows = np.asarray(rows, kind)
+    fields = [PointField(name=name, offset=k * rows.itemsize, count=1, datatype={'f4': 7, 'f8': 8, 'i2': 3}[kind[1:]])
+              for k, name in enumerate(names)]
+    return PointCloud2(height=1, width=len(rows), fields=fields, point_step=rows.shape[1] * rows.itemsize, row_step=rows.nbytes,
+                       is_bigendian=kind[0] == '>', data=rows.tobytes())
+
+
+@pytest.mark.parametrize('kind', ['<f4', '>f4', '<f8', '>f8'])
+def test_a_cloud_of_any_floats_is_read(kind):
+    positions, forces, normals = taxels_of_message(cloud([[0.25, 0.5, 0, 1, 2, np.nan], [0.5, 0.5, 0, -4, 5, 6]], kind=kind))
+    assert positions.tolist() == [[0.25, 0.5, 0], [0.5, 0.5, 0]] and normals is None
+    assert forces[1].tolist() == [-4, 5, 6] and np.isnan(forces[0, 2]), 'a taxel without a reading'
+
+
+@pytest.mark.parametrize(('message', 'text'), [
+    (cloud([[np.nan, 0, 0, 1, 2, 3]]), 'a position is not finite'), (cloud([[1e3, 0, 0, 1, 2, 3]]), 'beyond 100 m'),
+    (cloud([[0, 0, 0, 1, 2, 1e12]]), 'a force beyond'), (cloud(np.zeros((0, 6))), '1 to 10000 points'),
+    (cloud([[0] * 6], kind='<i2'), 'field x has to be float32 or float64'),
+    (cloud([[0] * 5], ('x', 'y', 'z', 'fx', 'fy')), 'field fz is missing'),
+    (cloud([[0] * 9], ('x', 'y', 'z', 'fx', 'fy', 'fz', 'normal_x', 'normal_y', 'normal_z')), 'a normal does not have length 1')])
+def test_a_wrong_cloud_is_refused_with_its_fault(message, text):
+    with pytest.raises(BadFrame, match=text):
+        taxels_of_message(message)
+
+
+def test_a_table_of_a_papillarray_is_read_by_the_names_of_its_columns(tmp_path):
+    names = ['timestamp'] + [f'pil{k}_{name}' for k in range(9) for name in ('fx', 'fy', 'fz', 'contact')] + ['position']
+    rows = np.arange(2 * len(names), dtype=float).reshape(2, -1)
+    path = tmp_path / 'log.csv'
+    path.write_text('\n'.join([','.join(names), *(','.join(map(str, row)) for row in rows)]))
+    frames, times = read_vector_file(path, 9, r'pil\d_f[xyz]')
+    assert frames.shape == (2, 27) and frames[0, :4].tolist() == [1, 2, 3, 5] and times.tolist() == rows[:, 0].tolist()
+    with pytest.raises(BadRecording, match='set layout to the file of this device, or columns'):
+        read_vector_file(path, 9)
 
 
 def test_a_table_with_other_columns_and_times_of_day(tmp_path):
@@ -151,6 +190,25 @@ def test_a_bag_of_clouds_and_one_of_arrays_are_played(tmp_path, layout):
         played = source.read()
         assert played.stamp_ns == stamp and np.allclose(played.forces, frame.forces) and np.allclose(played.positions, frame.positions)
         source.close()
+
+
+def test_arrays_of_another_layout_in_a_bag_are_refused_with_both_numbers(tmp_path, layout):
+    from std_msgs.msg import Float32MultiArray
+    write_messages(tmp_path / 'bag', '/skin', [(10**9, 'raw', Float32MultiArray(data=[0.0] * 15))])
+    source = VectorBagSource(PLAYED | {'path': str(tmp_path / 'bag'), 'layout': str(layout)}, time.time_ns)
+    source.open()
+    with pytest.raises(BadFrame, match='15 numbers; the layout has 6 taxels'):
+        source.read()
+    source.close()
+    with pytest.raises(BadArgument, match='no_such.yaml'):
+        VectorBagSource(PLAYED | {'path': str(tmp_path / 'bag'), 'layout': str(tmp_path / 'no_such.yaml')}, time.time_ns).open()
+
+
+def test_frames_of_another_number_of_taxels_on_a_port_are_refused():
+    reader = BinaryReader(VECTORS, 4, 3)
+    frames = list(reader.feed(write_frame(CountFrame(np.zeros((5, 3)), 7, 0, 0, 32), VECTORS)
+                              + write_frame(CountFrame(np.ones((4, 3)), 8, 0, 1, 32), VECTORS)))
+    assert [frame.values.shape for frame in frames] == [(4, 3)] and reader.counts.refused == 1
 
 
 @pytest.mark.parametrize('device', DEVICES)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """gripper_node: a parallel gripper in MuJoCo with an object between its fingers.
 
-The array of its left finger sends frames over a pseudo-terminal, as the firmware of a real one over USB; the camera of the touchpad on its
-right finger publishes images. Drivers and perception are those of any array and any touchpad.
+The array or the force taxels of its left finger send frames over a pseudo-terminal, as the firmware of real ones over USB; the camera of
+the touchpad on its right finger publishes images. Drivers and perception are those of any such sensor.
 """
 from __future__ import annotations
 
@@ -32,10 +32,12 @@ from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 from tactile_driver.nodes.runtime.run import process_of
+from tactile_driver.serial.frames import VECTORS
 from tactile_driver.simulation.taxel.pad import Ink
 from tactile_driver.sources.source import NS
 
 from ..parameters.table import GRIPPER_PARAMETERS
+from .force_pad import ForcePad
 from .objects import READY, SETTLED_S, HeldObject, object_named
 from .skin import TouchpadFinger
 from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
@@ -48,7 +50,7 @@ _SLOW = 0.95  # of the pace, below which the gripper says that it is slower
 
 
 class SimulatedGripper(PortEmulator):
-    """Steps the world at a pace, or slower where the machine is, and sends the array's counts.
+    """Steps the world at a pace, or slower where the machine is, and sends the numbers of the left finger's sensor.
 
     pace: simulated s in a s of real time; force: N, of each finger, negative opens; set by another thread. tick: called with the
     simulated time, ns, of each frame before it is sent: the time of the start, and what the engine has simulated since.
@@ -62,7 +64,9 @@ class SimulatedGripper(PortEmulator):
         self.pace = pace
         self.world, self.force, self._tick, self._start_ns = world, -1.0, tick, time.time_ns()
         self.truth: GraspTruth | None = None
-        self._ink = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
+        self._sensor = ForcePad(seed) if world.has_domes else Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
+        if world.has_domes:
+            self.kind, self.bits = VECTORS, 32
         self._compared = time.monotonic(), 0.0
 
     def stamp_ns(self, truth: GraspTruth | None) -> int:
@@ -76,9 +80,9 @@ class SimulatedGripper(PortEmulator):
         return (self._compared[1] - simulated) / max(self._compared[0] - before, FRAME_S)
 
     def _counts(self) -> np.ndarray:
-        pressure, self.truth = self.world.advance(self.force)
+        load, self.truth = self.world.advance(self.force)
         self._tick(self.stamp_ns(self.truth))
-        return self._ink.read(pressure).astype(np.uint16)
+        return self._sensor.read(load).astype(np.float32 if self.kind == VECTORS else np.uint16)
 
 
 class TouchpadCamera:
@@ -131,7 +135,7 @@ class GripperNode(Node):
             raise BadArgument('gripper_node: ' + '; '.join(settings.problems.values()))
         held, disturbances = object_named(settings['object'])
         self._clock_output = self.create_publisher(Clock, '/clock', STREAM_QOS)
-        self._gripper = SimulatedGripper(Path(settings['port']), GraspWorld(held, disturbances), settings['seed'],
+        self._gripper = SimulatedGripper(Path(settings['port']), GraspWorld(held, disturbances, settings['pad']), settings['seed'],
                                          settings['speed'], self._tick)
         self._goal: ServerGoalHandle | None = None
         self._position, self._is_still = 0.0, False

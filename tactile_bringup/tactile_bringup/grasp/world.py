@@ -1,9 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A parallel gripper, its wrist and an object in MuJoCo, which computes contacts and friction. One finger bears a pressure array."""
+"""A parallel gripper, its wrist and an object in MuJoCo, which computes contacts and friction. One finger bears a pressure array, or domes
+whose forces are measured."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -12,7 +13,7 @@ import numpy as np
 from tactile_driver.errors import BadArgument
 from tactile_driver.simulation.skin.tools import Pose
 
-from .objects import GRAVITY, LIFT_HEIGHT, LIFT_S, Disturbance, HeldObject, closing_width
+from .objects import GRAVITY, LIFT_HEIGHT, LIFT_S, PADS, Disturbance, HeldObject, closing_width
 
 try:
     import mujoco
@@ -26,6 +27,8 @@ FRAME_S = 0.01  # between two frames of the array
 _HALF_PAD, _PAD_DEPTH = 0.022, 0.003  # m; the pad is as large as the array
 _FINGER_MASS = 0.05  # kg
 _DAMPING = 40.0  # N s/m of the fingers' drive: it closes by 25 mm/s at 1 N
+DOMES, DOME_PITCH = 8, 5.5e-3  # taxels that measure forces, on a side; m: as large as the array
+_DOME_RADIUS = 2.7e-3  # m, of a taxel's round top: half of the pitch, so that none is beyond the pad
 _SPREAD = 0.75  # taxels, standard deviation with which the pad's cover spreads a load
 _LOWEST = 0.024  # m from the table to the middle of the pads, which end above the table
 
@@ -38,6 +41,7 @@ _MODEL = """
   <default><default class="pad">
     <geom type="box" size="{half} {half} {depth}" pos="0 0 -{depth}" mass="{finger}" friction="{friction} 0.003 0.0001" condim="4"
           rgba="0.25 0.35 0.6 1" solref="{softness} 1" solimp="0.5 0.95 0.0005" priority="1"/>
+    <default class="dome"><geom type="sphere" size="{dome}" mass="0" rgba="0.2 0.2 0.2 1"/></default>
   </default></default>
   <worldbody>
     <geom name="table" type="plane" size="1 1 0.1" rgba="0.75 0.76 0.78 1"/>
@@ -47,7 +51,7 @@ _MODEL = """
       <inertial pos="0 0 0.05" mass="1" diaginertia="0.002 0.002 0.002"/>
       <body name="left" pos="-{apart} 0 0" xyaxes="0 1 0 0 0 1">
         <joint name="left_finger_joint" type="slide" axis="0 0 1" damping="{damping}" range="-0.02 {apart}" limited="true"/>
-        <geom name="left_pad" class="pad"/>
+        {left}
         <geom name="array" type="mesh" mesh="taxels" contype="0" conaffinity="0" mass="0"/>
       </body>
       <body name="right" pos="{apart} 0 0" xyaxes="0 -1 0 0 0 1">
@@ -124,6 +128,8 @@ class GraspWorld:
         What stands between the fingers.
     disturbances : sequence of Disturbance
         What happens to it.
+    pad : str
+        Of the left finger: one of PADS.
 
     Raises
     ------
@@ -131,20 +137,22 @@ class GraspWorld:
         If MuJoCo is not installed.
     """
 
-    def __init__(self, held: HeldObject, disturbances: Sequence[Disturbance] = ()):
+    def __init__(self, held: HeldObject, disturbances: Sequence[Disturbance] = (), pad: str = PADS[0]):
         if mujoco is None:
             raise BadArgument('the simulated gripper needs MuJoCo, an optional extra: pip install mujoco')
         self.held, self._disturbances = held, tuple(disturbances)
         self._start = max(held.half_height, _LOWEST)
-        vertices, faces = _grid()
+        self.has_domes, (vertices, faces) = pad == 'force_taxels', _grid()
         self._model = mujoco.MjModel.from_xml_string(_MODEL.format(
             step=STEP_S, gravity=GRAVITY, vertices=vertices, faces=faces, half=_HALF_PAD, depth=_PAD_DEPTH, finger=_FINGER_MASS,
             friction=held.friction, softness=held.softness, start=self._start, apart=closing_width(held), damping=_DAMPING,
-            height=held.half_height, shape=held.shape, size=' '.join(map(str, held.size)), mass=held.mass))
+            height=held.half_height, shape=held.shape, size=' '.join(map(str, held.size)), mass=held.mass, dome=_DOME_RADIUS,
+            left=_domes() if self.has_domes else '<geom name="left_pad" class="pad"/>'))
         self._data = mujoco.MjData(self._model)
         self._hand, self._object = (self._model.body(name).id for name in ('hand', 'object'))
         self._pads = [self._model.geom(name).id for name in ('left_pad', 'right_pad')]
         self._geom = self._model.geom('object').id
+        self._domes = {self._model.geom(f'dome{number}').id: number for number in range(DOMES**2)} if self.has_domes else {}
         self._wrist = np.zeros((2, 3))  # displacement, m, and velocity, m/s, by which disturbances move the wrist
         self._grasped_at = np.full(3, np.nan)
         self._before, self._renderer = np.zeros(3), None
@@ -192,8 +200,9 @@ class GraspWorld:
 
         Returns
         -------
-        pressure : ndarray, shape (TAXELS, TAXELS)
-            On each taxel, Pa; x along columns, y along rows, in the array's sensor frame.
+        load : ndarray, shape (TAXELS, TAXELS) or (DOMES**2, 3)
+            Pressure on each taxel of the array, Pa; x along columns, y along rows, in the array's sensor frame. Of domes the force of the
+            object on each, N, in the same frame.
         truth : GraspTruth
         """
         steps = round(FRAME_S / STEP_S)
@@ -205,7 +214,8 @@ class GraspWorld:
             mujoco.mj_step(self._model, self._data)
             self.time_s += STEP_S
         left, right = (self._wrench_on(pad) for pad in self._pads)
-        return self._pressure(-left[2]), self._truth(left, right)
+        load = self._dome_forces() if self.has_domes else self._pressure(-left[2])
+        return load, self._truth(left, right)
 
     def _enable_sensor(self, enabled: bool) -> None:
         flag = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -222,19 +232,32 @@ class GraspWorld:
         """Force on the object, (3,), in units of its weight."""
         return np.sum([d.force_at(self.lifted_s) for d in self._disturbances] or [np.zeros(3)], axis=0)
 
-    def _wrench_on(self, pad: int) -> np.ndarray:
-        """(6,) N and N m of the object on a pad, at the middle of its face and in its frame."""
-        total, single, geom = np.zeros(6), np.zeros(6), self._data.geom(pad)
-        axes = geom.xmat.reshape(3, 3)
-        face = geom.xpos + axes @ [0.0, 0.0, _PAD_DEPTH]
+    def _contacts_with(self, geoms: Collection[int]) -> Iterator[tuple[int, np.ndarray, np.ndarray, np.ndarray]]:
+        """(geometry, position in m, force in N, moment in N m) of each contact of the object with some geometries, in the world."""
+        single = np.zeros(6)
         for number in range(self._data.ncon):
             contact = self._data.contact[number]
-            if {contact.geom1, contact.geom2} == {pad, self._geom}:
+            geom = contact.geom1 if contact.geom2 == self._geom else contact.geom2
+            if self._geom in (contact.geom1, contact.geom2) and geom in geoms:
                 mujoco.mj_contactForce(self._model, self._data, number, single)
-                sign = 1 if contact.geom2 == pad else -1  # the engine's force acts on the second
-                force, moment = (sign * part @ contact.frame.reshape(3, 3) for part in (single[:3], single[3:]))
-                total += np.concatenate([force, moment + np.cross(contact.pos - face, force)])
+                sign = 1 if contact.geom2 == geom else -1  # the engine's force acts on the second
+                yield geom, contact.pos, *(sign * part @ contact.frame.reshape(3, 3) for part in (single[:3], single[3:]))
+
+    def _wrench_on(self, pad: int) -> np.ndarray:
+        """(6,) N and N m of the object on a pad, at the middle of its face and in its frame."""
+        total, geom = np.zeros(6), self._data.geom(pad)
+        axes = geom.xmat.reshape(3, 3)
+        face = geom.xpos + axes @ [0.0, 0.0, _PAD_DEPTH]
+        for _, position, force, moment in self._contacts_with(self._domes if self._domes and pad == self._pads[0] else (pad,)):
+            total += np.concatenate([force, moment + np.cross(position - face, force)])
         return np.concatenate([total[:3] @ axes, total[3:] @ axes])
+
+    def _dome_forces(self) -> np.ndarray:
+        """(DOMES**2, 3) N, of the object on each dome, in the frame of the left pad."""
+        forces = np.zeros((DOMES**2, 3))
+        for geom, _, force, _ in self._contacts_with(self._domes):
+            forces[self._domes[geom]] += force
+        return forces @ self._data.geom(self._pads[0]).xmat.reshape(3, 3)
 
     def _pressure(self, force: float) -> np.ndarray:
         """The engine's normal force, N, shared between the taxels by how deep each is in the object, and spread by the pad's cover."""
@@ -270,6 +293,14 @@ class GraspWorld:
 
     def _wrist_acceleration(self) -> np.ndarray:
         return np.sum([d.acceleration for d in self._disturbances if d.begin_s <= self.lifted_s < d.end_s] or [np.zeros(3)], axis=0)
+
+
+def _domes() -> str:
+    """A pad that bears nothing itself, and domes on it whose tops are its face."""
+    middle = (np.arange(DOMES) - (DOMES - 1) / 2) * DOME_PITCH
+    y, x = (each.ravel() for each in np.meshgrid(middle, middle, indexing='ij'))
+    return '<geom name="left_pad" class="pad" contype="0" conaffinity="0"/>' + ''.join(
+        f'<geom name="dome{number}" class="dome" pos="{x[number]:.6f} {y[number]:.6f} -{_DOME_RADIUS}"/>' for number in range(x.size))
 
 
 def _grid() -> tuple[str, str]:

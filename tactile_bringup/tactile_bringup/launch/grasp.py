@@ -19,7 +19,7 @@ from launch_ros.actions import Node
 
 from tactile_driver.errors import BadArgument
 
-from ..grasp.objects import ARRAY_PARAMETERS, OBJECTS, READY, HeldObject, closing_width
+from ..grasp.objects import ARRAY_PARAMETERS, OBJECTS, PADS, READY, HeldObject, closing_width
 from ..sensor_files import parameter_file, simulated_calibration
 from .arguments import VIEW, Texts, check_choices, description, end_if_wrong, hand_node, number, sensor_actions, sensor_arguments, written
 
@@ -35,6 +35,7 @@ def grasp_description() -> LaunchDescription:
 def grasp_arguments() -> Texts:
     """The arguments of grasp.launch.py."""
     return {'object': ('box', 'what stands between the fingers: ' + ', '.join(OBJECTS)),
+            'pad': (PADS[0], 'sensor of the left finger: a pressure array, or taxels that measure forces; ' + ', '.join(PADS)),
             'demo': ('false', 'true: grasp and lift the object at once; false: wait for the services ~/grasp and ~/lift'),
             'touchpad': ('true', 'whether the right finger has a touchpad; false: the array alone, which takes half the processor'),
             'speed': ('1.0', 'simulated time in a second of real time: 0.3 for instance where the machine is too slow'),
@@ -45,23 +46,33 @@ def grasp_arguments() -> Texts:
 
 def grasp_actions(values: dict[str, str]) -> list:
     """The actions for the values of the arguments. Raises BadArgument."""
-    check_choices(values, {'object': tuple(OBJECTS), **dict.fromkeys(('rviz', 'demo', 'touchpad', *VIEW), _BOOLEANS)})
+    check_choices(values, {'object': tuple(OBJECTS), 'pad': PADS, **dict.fromkeys(('rviz', 'demo', 'touchpad', *VIEW), _BOOLEANS)})
     if find_spec('mujoco') is None:
         raise BadArgument('the simulated gripper needs MuJoCo, an optional extra: pip install mujoco')
     port = str(Path(launch_config.log_dir, 'array_port'))
-    array = {name: default for name, (default, _) in sensor_arguments('taxel_array').items()} | {
-        'namespace': _ARRAY, 'source': 'device', 'device': port, 'params': _params('taxel_array', ARRAY_PARAMETERS | _SIMULATED_TIME),
-        'calibration': simulated_calibration('taxel_array'), 'record': values['record'],
-        **{name: values[name] for name in ('rviz', *VIEW)}}
+    sensor_type = 'force_taxels' if values['pad'] == 'force_taxels' else 'taxel_array'
+    array = {name: default for name, (default, _) in sensor_arguments(sensor_type).items()} | {
+        'namespace': _ARRAY, 'source': 'device', 'device': port, 'record': values['record'],
+        **_settings(sensor_type), **{name: values[name] for name in ('rviz', *VIEW)}}
     demo, has_touchpad = values['demo'] == 'true', values['touchpad'] == 'true'
     own = {'package': 'tactile_bringup', 'output': 'screen', 'on_exit': end_if_wrong}
     gripper = Node(executable='gripper_node', **own,
-                   parameters=[{'object': values['object'], 'port': port, 'lift': demo, 'speed': number(values, 'speed')}])
-    others = [*sensor_actions(array, 'taxel_array'), *(sensor_actions(_touchpad(), _TOUCHPAD) if has_touchpad else []),
-              hand_node(written('gripper.urdf', _description(OBJECTS[values['object']], has_touchpad)), **_SIMULATED_TIME),
+                   parameters=[{'object': values['object'], 'pad': values['pad'], 'port': port, 'lift': demo,
+                               'speed': number(values, 'speed')}])
+    others = [*sensor_actions(array, sensor_type), *(sensor_actions(_touchpad(), _TOUCHPAD) if has_touchpad else []),
+              hand_node(written('gripper.urdf', _description(OBJECTS[values['object']], sensor_type, has_touchpad)), **_SIMULATED_TIME),
               Node(executable='grip_controller', **own,
                    parameters=[_SIMULATED_TIME, {'sensor': _ARRAY, 'shear_sensor': _TOUCHPAD if has_touchpad else '', 'grasp': demo}])]
     return [gripper, RegisterEventHandler(OnProcessIO(target_action=gripper, on_stderr=partial(_when_ready, others)))]
+
+
+def _settings(sensor_type: str) -> dict[str, str]:
+    """The arguments of the left finger's sensor."""
+    if sensor_type == 'taxel_array':
+        return {'params': _params(sensor_type, ARRAY_PARAMETERS | _SIMULATED_TIME), 'calibration': simulated_calibration(sensor_type)}
+    from ..grasp.force_pad import layout  # takes a second
+
+    return {'params': _params(sensor_type, {'force_unit': 1.0} | _SIMULATED_TIME), 'layout': written('gripper_layout.yaml', layout())}
 
 
 def _touchpad() -> dict[str, str]:
@@ -80,11 +91,11 @@ def _params(sensor_type: str, others: Mapping[str, object]) -> str:
     return written(f'{sensor_type}_gripper.yaml', yaml.safe_dump(page))
 
 
-def _description(held: HeldObject, has_touchpad: bool) -> str:
+def _description(held: HeldObject, sensor_type: str, has_touchpad: bool) -> str:
     """The URDF of the gripper: of its links, joints and sensors, not of its shape."""
     from ..grasp.skin import APEX
 
-    apart, fingers, sensors = closing_width(held), [], [(_ARRAY, 'taxel_array', 'left', 0.0)]
+    apart, fingers, sensors = closing_width(held), [], [(_ARRAY, sensor_type, 'left', 0.0)]
     if has_touchpad:
         sensors.append((_TOUCHPAD, 'touchpad', 'right', -APEX))
     for side, sign, mimic in (('left', -1, ''), ('right', 1, '<mimic joint="left_finger_joint"/>')):

@@ -6,6 +6,7 @@ from __future__ import annotations
 from tactile_driver.parameters.table import Parameter
 
 from ..grasp.controller import GripLimits
+from ..grasp.objects import PADS
 
 
 def _arrows(length: float, force: float, torque: float, read_only: bool = False) -> tuple[Parameter, ...]:
@@ -132,6 +133,7 @@ HAND_PARAMETERS = (
 
 GRIPPER_PARAMETERS = (
     Parameter('object', str, 'box', '', 'what stands between the fingers, a name of grasp/objects.py:OBJECTS', read_only=True),
+    Parameter('pad', str, 'array', '', 'sensor of the left finger', choices=PADS, read_only=True),
     Parameter('port', str, 'gripper_array_port', '', 'symbolic link to the pseudo-terminal of the array: what its driver opens as device',
               read_only=True),
     Parameter('lift', bool, False, '', 'lift the object by itself half a second after both pads touch it', read_only=True),

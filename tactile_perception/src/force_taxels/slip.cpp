@@ -14,6 +14,7 @@ constexpr double MIN_PROBABILITY = 1e-3;      // of each mode, so that a change 
 constexpr double MAX_EVIDENCE = 20;           // of a frame, against overflow
 constexpr double UNKNOWN = 1e6;               // noise variances of a shear that is not known yet
 constexpr double TINY = 1e-12;                // against a division by zero
+constexpr std::size_t TOGETHER = 16;          // likelihoods of which one logarithm is taken, without underflow
 constexpr double STEP_S = 0.01;               // s, of the changes that SlipLimits gives
 constexpr double LOGISTIC = 1.702;            // a logistic function of this slope is within 0.01 of the normal distribution function
 
@@ -121,15 +122,16 @@ void SlipFilter::rate_ratio(Reading& one) const {
     const double before = std::min(one.ratio, std::hypot(x, y) / std::max(one.taxel->press, TINY));
     const double spread = std::max(one.ratio, LOWEST) * std::log(HIGHEST / LOWEST);  // each magnitude of a ratio is as likely
     double sticks = TINY, stuck = TINY;
+    const bool has_grown = before < one.ratio;
     for (int k = 0; k < COEFFICIENTS; ++k) {
         const double sigma = std::sqrt(square(one.sigma) + square(limits_.uneven * coefficient_[k]));
         const double beyond = (coefficient_[k] - one.ratio) / sigma, below = normal_below(beyond);
         one.cone[k] = std::exp(-0.5 * square(beyond)) / (sigma * std::sqrt(2 * M_PI));
         one.below[k] = below / spread;
         sticks += weight_[k] * below;
-        stuck += weight_[k] * normal_below((coefficient_[k] - before) / sigma);
+        if (has_grown) stuck += weight_[k] * normal_below((coefficient_[k] - before) / sigma);
     }
-    one.begins = one.is_first ? 0 : 1 - sticks / stuck;
+    one.begins = one.is_first || !has_grown ? 0 : 1 - sticks / stuck;
 }
 
 // Mixes the filters of the modes, predicts the reading by each, and corrects them with it.
@@ -221,9 +223,15 @@ void SlipFilter::weigh(std::vector<Reading>& readings, double interval) {
 void SlipFilter::learn(const std::vector<Reading>& readings, double interval) {
     const double share = std::min(interval / limits_.texture_s, 1.0) * moving;
     Coefficients log = log_;
-    for (int k = 0; k < COEFFICIENTS; ++k)
-        for (const Reading& one : readings)
-            log[k] += share * std::log(one.slips * one.cone[k] + (1 - one.slips) * one.below[k] + limits_.outlier);
+    for (std::size_t first = 0; first < readings.size(); first += TOGETHER) {
+        Coefficients product;
+        product.fill(1);
+        for (std::size_t k = first; k < std::min(first + TOGETHER, readings.size()); ++k) {
+            const Reading& one = readings[k];
+            for (int c = 0; c < COEFFICIENTS; ++c) product[c] *= one.slips * one.cone[c] + (1 - one.slips) * one.below[c] + limits_.outlier;
+        }
+        for (int c = 0; c < COEFFICIENTS; ++c) log[c] += share * std::log(product[c]);
+    }
     set_weights(log);
 }
 

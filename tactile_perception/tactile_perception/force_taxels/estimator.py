@@ -14,7 +14,7 @@ from ..common.surface_points import SLIPPING, UNKNOWN, SurfacePoints
 from ..core.calibration_file import fitted_arrays
 from ..core.errors import BadFrame
 from .baseline import Baseline
-from .contact import ContactFinder, Forces, total_wrench, touched_taxels
+from .contact import ContactFinder, Forces
 from .slip import SlipFinder
 from .taxels import Taxels
 
@@ -151,11 +151,11 @@ class ForceTaxelsEstimator:
         touched, probability = np.zeros(len(force), bool), np.zeros(len(force))
         if baseline.touch > 0.5:
             press = np.where(alive, force[:, 2], 0.0)
-            touched = touched_taxels(taxels, press, baseline.probabilities(self._near, interval) * alive)
+            touched = taxels.skin.touched(press, baseline.probabilities(self._near, interval) * alive)
             # A touch that begins on one taxel is as likely on those beside it.
-            probability = baseline.probabilities(self._near | taxels.beside(touched), interval) * alive
-            touched = touched_taxels(taxels, press, probability)
-        self._near = taxels.beside(touched)
+            probability = baseline.probabilities(self._near | taxels.skin.beside(touched), interval) * alive
+            touched = taxels.skin.touched(press, probability)
+        self._near = taxels.skin.beside(touched)
         variance = np.where(alive[:, None], baseline.noise + baseline.variance, 0.0)
         forces = Forces(force, variance, touched, probability)
         contacts, region = self._contacts.find(forces, response is not None, stamp_s)
@@ -169,7 +169,7 @@ class ForceTaxelsEstimator:
         if response is None:
             wrench, covariance = np.full(6, np.nan), np.full((6, 6), np.nan)
         else:
-            wrench, covariance = total_wrench(taxels, forces, alive, response.error)
+            wrench, covariance = taxels.skin.wrench(force, variance, touched, alive, response.error)
         shown = np.where(alive[:, None] & np.full(3, response is not None), np.where(touched[:, None], force, 0.0), np.nan)
         state = np.where(alive, region.dot_state, UNKNOWN).astype(np.uint8)
         return ForceTaxelsResult(region, contacts, slip, wrench, covariance, partial(self._points, shown, state), force)

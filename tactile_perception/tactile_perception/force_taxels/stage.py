@@ -54,8 +54,10 @@ class ForceTaxelsStage(Stage):
         self.estimator.set_reference()
 
     def estimate(self, message: PointCloud2, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
-        """The estimates of one cloud, under its header."""
+        """The estimates of one cloud, under its header; none until the untouched readings are known."""
         result = self.estimator.process(*taxels_of_message(message), stamp_s)
+        if not self.estimator.baseline.is_known:
+            return {}
         self._wrench_sigma = np.sqrt(np.diag(result.wrench_covariance))
         return convert.results_to_messages(result, message.header, topics)
 

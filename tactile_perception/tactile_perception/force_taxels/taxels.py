@@ -7,6 +7,7 @@ import numpy as np
 
 from tactile_driver.force_taxels import tangents
 
+from .._core.force_taxels import Skin
 from ..common.surface_points import scattered_normals
 from ..core.errors import BadFrame
 
@@ -30,8 +31,8 @@ class Taxels:
     ----------
     axes : ndarray, shape (N, 3, 3)
         Rows: two tangents and the inward normal, so that the third component of a force in these axes is the pressing force.
-    effect : ndarray, shape (3 N, 6)
-        What each component of each taxel's force adds to the wrench at the origin.
+    skin : Skin
+        Contacts and the wrench, in C++.
     pitch : float
         Median distance to the nearest taxel, in m.
     neighbours : ndarray of int, shape (N, K)
@@ -50,7 +51,6 @@ class Taxels:
             normals = np.where(np.isfinite(normals), normals, _UPWARDS)
         self.positions, self.normals = positions, normals / np.linalg.norm(normals, axis=1, keepdims=True)
         self.axes = np.stack([*tangents(self.normals), -self.normals], axis=1)
-        self.effect = np.concatenate([self.axes, np.cross(positions[:, None], self.axes)], axis=2).reshape(-1, 6)
         away = np.linalg.norm(positions[:, None] - positions[None], axis=2)
         np.fill_diagonal(away, np.inf)
         if len(positions) > 1 and not away.min() > 0:
@@ -59,6 +59,7 @@ class Taxels:
         near = (away < _NEAR * self.pitch) & (self.normals @ self.normals.T > _SAME_SIDE)
         order = np.argsort(~near, axis=1, kind='stable')[:, :max(int(near.sum(axis=1).max()), 1)]
         self.neighbours = np.where(np.take_along_axis(near, order, axis=1), order, np.arange(len(positions))[:, None])
+        self.skin = Skin(self.positions, self.normals, self.axes, self.neighbours, self.pitch)
 
     def fits(self, positions: np.ndarray, normals: np.ndarray | None) -> bool:
         """Whether this is the geometry of such positions and normals."""
@@ -73,10 +74,6 @@ class Taxels:
         """Vectors (N, 3) in the sensor frame of such components."""
         return np.matmul(components[:, None, :], self.axes)[:, 0]
 
-    def beside(self, mask: np.ndarray) -> np.ndarray:
-        """Taxels (N,) with a neighbour in a mask, to which an elastomer carries force, and those in it."""
-        return mask[self.neighbours].any(axis=1) | mask
-
     def filled(self, components: np.ndarray, alive: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Components (N, 3) in which dead taxels have the mean of their neighbours that are alive, and the indices of the dead ones."""
         dead = np.flatnonzero(~alive)
@@ -86,13 +83,3 @@ class Taxels:
             around = [j for j in self.neighbours[k] if alive[j]]
             components[k] = components[around].mean(axis=0) if around else 0.0
         return components, dead
-
-    def groups(self, mask: np.ndarray) -> np.ndarray:
-        """Labels (N,) of the connected parts of a mask: the number of a taxel of the part plus 1; 0 outside."""
-        label = np.where(mask, np.arange(1, len(mask) + 1), 0)
-        while True:
-            spread = np.where(mask, label[self.neighbours].max(axis=1, initial=0), 0)
-            spread = np.maximum(spread, label)
-            if np.array_equal(spread, label):
-                return label
-            label = spread

@@ -190,7 +190,8 @@ def test_a_frame_without_readings_is_refused_and_one_with_some_is_used():
         forces = frame.forces.copy()
         forces[3] = np.nan
         found = stage.process(taxels_to_message(replace(frame, forces=forces), header_of(frame.stamp_ns, 'skin')))
-        assert found['contacts'][0].header.frame_id == 'skin' and not found['contacts'][0].contacts
+        assert bool(found) == (stamp > 1.99), 'nothing is reported in the first second'
+    assert found['contacts'][0].header.frame_id == 'skin' and not found['contacts'][0].contacts
     assert '3' in stage.health()[0] and 'friction' in stage.health()[1]
     with pytest.raises(BadFrame, match='no taxel'):
         nothing = TaxelFrame(frame.positions, frame.normals, np.full(frame.forces.shape, np.nan), frame.stamp_ns + 10**7)
@@ -231,9 +232,9 @@ def test_a_calibration_with_weights_gives_the_force(tmp_path, device):
     stage = ForceTaxelsStage(values)
     forces = []
     for stamp, frame, truth in frames_of(pressed(device, specimen=replace(DEVICES[device][1], dead=0))):
-        wrench = stage.process(taxels_to_message(frame, header_of(frame.stamp_ns, 'skin')), ['wrench'])['wrench'][0].wrench
+        found = stage.process(taxels_to_message(frame, header_of(frame.stamp_ns, 'skin')), ['wrench'])
         if 2.6 < stamp - 1.0 < 4.2:
-            forces.append((wrench.force.z, truth.wrench[2]))
+            forces.append((found['wrench'][0].wrench.force.z, truth.wrench[2]))
     given, true = np.array(forces).T
     assert abs(np.median(given / true) - 1) < 0.05
 
@@ -259,7 +260,7 @@ def test_a_hundred_taxels_take_little_time():
         begin = time.perf_counter()
         result = estimator.process(positions, forces, normals, 1 + number / 100)
         taken.append(time.perf_counter() - begin)
-    assert len(result.contacts) == 1 and np.median(taken[200:]) < 5e-3  # the benchmark has the figure; this machine may be busy
+    assert len(result.contacts) == 1 and np.median(taken[200:]) < 2e-3  # 0.2 ms where the machine is not busy
 
 
 def test_scenes_have_their_devices():
