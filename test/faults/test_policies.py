@@ -16,12 +16,12 @@ from tactile_bringup import share
 from tactile_bringup.hand.description import read_hand
 from tactile_bringup.nodes.hand_node import HandNode
 from tactile_driver.nodes.runtime.host import Host
-from tactile_perception.core.sensor_type import NODES
+from tactile_perception.core.sensor_type import NODES, SENSOR_TYPES
 
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
 SPACE = '/sensor'  # namespace of the policies
-TYPES = ('touchpad', 'areal_dual', 'gel', 'pins', 'photometric_gel', 'dots', 'psd_finger', 'taxel_array',
-         'force_taxels')
+#: One type of those with the same nodes.
+TYPES = sorted({(kind.driver, kind.perception, kind.view): name for name, kind in SENSOR_TYPES.items()}.values())
 SENSOR_NODES = {*NODES, 'record_node'}
 OF_GELS = {('subscribe', '/sensor/points')}  #: what the node that draws markers uses of sensors whose dots have no positions alone
 #: What makes a node use all that it can.

@@ -8,7 +8,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGES = 'tactile_driver', 'tactile_perception', 'tactile_bringup'  # each imports itself and those before it
 #: Folders of tactile_perception, from the lowest: a module imports from its own folder and from lower rows. Folders of a row do not import
 #: each other: a sensor's folder knows no other sensor.
-ROWS = ({'core'}, {'common'}, {'dots'}, {'bags'}, {'layer'}, {'touchpad', 'press', 'gel', 'photometric', 'finger', 'taxel', 'force_taxels'},
+ROWS = ({'core'}, {'common'}, {'dots'}, {'bags'}, {'layer'},
+        {path.parent.name for path in (ROOT / 'tactile_perception' / 'tactile_perception').glob('*/sensor_type*.py')} - {'core', 'dots'},
         {'published'}, {'evaluation'}, {'tools', 'api'})
 
 

@@ -152,7 +152,7 @@ void SlipFilter::predict(Reading& one, double interval) {
     const Modes before{1 - moving, moving * (1 - slips), moving * slips};
     std::array<Vector, MODES> mean{};
     Modes variance{};
-    double is_load = 0;  // probability that a load goes on
+    double is_load = 0;  // probability that a load continues
     for (int to = 0; to < MODES; ++to) {
         Modes share;
         one.arriving[to] = TINY;

@@ -70,8 +70,8 @@ def main(args: list[str] | None = None) -> int:
                         help='radius of the sphere, m; touchpad: without it, it is fitted too; photometric_gel: for depth')
     parser.add_argument('--plate', type=Path, metavar='BAG', help="sheet: recording of a flat plate that is pressed onto all markers in "
                         "steps of a millimetre, for the paper's method")
-    parser.add_argument('--weight', type=float, metavar='NEWTONS', help='gel, photometric_gel, force_taxels: force of the weight in each '
-                        'recording (1 kg: 9.81 N), where ground_truth/wrench is not recorded')
+    parser.add_argument('--weight', type=float, metavar='NEWTONS', help='force of the weight in each recording (1 kg: 9.81 N), where '
+                        'ground_truth/wrench is not recorded')
     parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when a recording has several sensors')
     parser.add_argument('--serial', default='', help='serial number for the file; default: the one in the recording')
     given = parser.parse_args(args)
