@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 
 constexpr double SMOOTH = 0.25;              // thicknesses, Gaussian that averages noise: the pad's own blur leaves nothing finer to see
+constexpr double FINEST = 0.5;               // taxels, at least: what is finer is the shape of the taxels themselves
 constexpr double EDGE_SIGMAS = 4;            // of the noise, from which the slope of an image is an edge (one false taxel in 10,000)
 constexpr double SPLINE_VARIANCE = 1.0 / 3;  // taxels^2, of the cubic B-spline by which slopes are taken
 // Taxels, up to which a contact is followed by its pressure's centroid: where the pad is thinner than a taxel, and else.
@@ -48,7 +49,7 @@ MotionTracker::MotionTracker(const ShearPad& pad, const MotionLimits& limits)
       watch_({limits.key_moved, limits.traction, limits.curved}),
       path_({WINDOW_S, limits.load_s, LEAST_NOISE * pad.pitch, limits.bound}),
       middle_(0.5 * static_cast<double>(pad.columns - 1), 0.5 * static_cast<double>(pad.rows - 1)),
-      blur_(SMOOTH * pad.thickness),
+      blur_(std::max(SMOOTH * pad.thickness, FINEST)),
       few_(pad.thickness < 1 ? FEW_COARSE : FEW_FINE) {
     reset();
 }
