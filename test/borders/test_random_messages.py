@@ -12,7 +12,6 @@ from fed_nodes import NODES, at, compressed, fed, sent
 from random_messages import hostile
 
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
-from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.serialization import encode
 from tactile_perception.core.errors import BadFrame
 from tactile_perception.core.messages import camera_matrices, check_message
@@ -125,7 +124,7 @@ def usable(topic, message):
     """Whether its arrays can be read."""
     try:
         check_message(message)
-        {'image_raw': image_to_array, 'camera_info': camera_matrices, 'voltages': FingerStage.check}.get(topic, lambda _: None)(message)
+        {'camera_info': camera_matrices, 'voltages': FingerStage.check}.get(topic, lambda _: None)(message)
     except BadFrame:
         return False
     return True

@@ -11,9 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
-from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 from .errors import BadFrame
@@ -77,19 +78,21 @@ _LIMITS = {
 
 
 def check_message(message) -> None:
-    """Check the stamp of any message, and the numbers of a result.
+    """Check the stamp of any message, the layout of an image, and the numbers of a result.
 
     Parameters
     ----------
     message : any message with a header
-        Images are checked by `image_to_array` instead.
+        An image is decoded for it.
 
     Raises
     ------
     BadFrame
-        If the stamp is invalid, or as `check_numbers` does.
+        If the stamp is invalid, or as `image_to_array` and `check_numbers` do.
     """
     stamp_ns_of(message.header)
+    if isinstance(message, (Image, CompressedImage)):
+        image_to_array(message)
     check_numbers(message)
 
 

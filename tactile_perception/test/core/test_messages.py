@@ -104,7 +104,7 @@ def dots(**changes):
 
 def test_valid_and_unknown_values_pass():
     unknown = Point(x=NAN, y=NAN, z=NAN)
-    for message in (dots(), dots(x=floats(), y=floats(), z=floats()), DotTracks(), Image(), ContactRegion(), Contacts(), Slip(),
+    for message in (dots(), dots(x=floats(), y=floats(), z=floats()), DotTracks(), ContactRegion(), Contacts(), Slip(),
                     ContactRegion(centroid=unknown, orientation=NAN, outlines=[Polygon(points=[Point32(x=1e-3)])]),
                     Contacts(contacts=[Contact(position=unknown, depth=NAN, position_covariance=np.full(9, NAN))]),
                     Slip(x=floats(NAN), y=floats(0), vx=floats(1), vy=floats(NAN), rotation_center=unknown),

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -25,6 +26,7 @@ from waiting import until
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard
 from tactile_driver.nodes.runtime.diagnostics import WARN
 from tactile_driver.nodes.runtime.host import Host
@@ -188,6 +190,27 @@ class SlowStage(Stage):
 
     def reset(self):
         self.resets += 1
+
+
+class ImageStage(SlowStage):
+    """Takes images, and refuses those that cannot be read, as all stages of images."""
+
+    input = Input('image_raw', Image, depth=5)
+
+    def estimate(self, message, stamp_s, topics):
+        image_to_array(message)
+        return {}
+
+
+@pytest.mark.parametrize('height, resets', [(4, 1), (5, 0)])
+def test_only_images_that_can_be_read_confirm_a_restart(height, resets):
+    stage, image = ImageStage({}), np.zeros((4, 6), np.uint8)
+    for stamp_s in (100, 1, 2):
+        message = image_to_message(Frame(image, stamp_s * 10**9, 'mono8'), '', header_of(stamp_s * 10**9, 'pad'))
+        message.height = height if stamp_s < 100 else 4
+        with suppress(BadFrame):
+            stage.process(message)
+    assert stage.resets == resets
 
 
 @pytest.mark.full
