@@ -36,7 +36,7 @@ class Fingers:
         (turn, moved), (turn_before, moved_before) = object_at(time_s), object_at(time_s - STEP)
         step = turn * turn_before.inv()
         shift = moved - step.apply(moved_before)
-        noise = Rotation.from_rotvec(np.radians([0.15, 0.15, 0.005]) * self.rng.normal(size=3))
+        noise = Rotation.from_rotvec(np.radians([0.05, 0.05, 0.005]) * self.rng.normal(size=3))
         real = RIGHT[0].inv().apply(step.apply(RIGHT[1]) + shift - RIGHT[1])
         motion = noise * RIGHT[0].inv() * step * RIGHT[0], self.rng.normal(0, [1.5e-6, 1.5e-6, 8e-6]) + noise.apply(real)
         return Report(time_s, RIGHT, True, np.zeros(3), has_motion=True, motion=motion if known else None,

@@ -152,7 +152,7 @@ def test_a_static_recording_and_a_round_tip_on_a_sheet_tell_places_by_the_tools_
 @pytest.mark.parametrize('name', ['sensor.json', 'truth.npz', 'frames/001.png'])
 def test_a_missing_file_is_named(recording_folder, name):
     (recording_folder / name).unlink()
-    with pytest.raises(BadRecording, match='no |2 images in frames/ but 3 stamps'):
+    with pytest.raises(BadRecording, match='is missing|2 images in frames/ but 3 stamps'):
         Recording(recording_folder)
 
 
