@@ -4,21 +4,28 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from itertools import combinations
 from pathlib import Path
 
 from tactile_driver.errors import BadRecording
 from tactile_driver.recordings.reader import BagReader, LeftOut, RawMessage
-from tactile_perception.tools.many import recordings
+from tactile_perception.tools.many import are_many, recordings
 
 #: Endings of topics that are said once, and that each recording of a hand may have.
 ATTRIBUTES = 'description', 'camera_info', '/tf_static', 'robot_description'
 
 
 class HandReader:
-    """Reads the recordings of a folder as one, with the interface of `BagReader`; use it in a with statement.
+    """Reads several recordings as one, with the interface of `BagReader`; use it in a with statement.
+
+    Parameters
+    ----------
+    path : Path
+        Folder of the recordings, for messages.
+    bags : iterable of Path
+        The recordings.
 
     Raises
     ------
@@ -26,9 +33,9 @@ class HandReader:
         If one of them cannot be read.
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, bags: Iterable[Path]):
         self.path, self._stack = path, ExitStack()
-        self._readers = [BagReader(bag) for bag in recordings([path]).values()]
+        self._readers = [BagReader(bag) for bag in bags]
 
     def __enter__(self) -> HandReader:
         for reader in self._readers:
@@ -67,11 +74,12 @@ class HandReader:
 
 def opened(path: Path) -> BagReader | HandReader:
     """The reader of a recording, or of a folder of recordings that belong together."""
-    return BagReader(path) if [*recordings([path]).values()] == [path.absolute()] else HandReader(path)
+    bags = recordings([path])
+    return HandReader(path, bags.values()) if are_many(bags, [path]) else BagReader(path)
 
 
 def joined(found: Mapping[str, Path]) -> dict[str, Path]:
-    """Name -> path, where a folder stands in place of its recordings if all were made at the same time and no two share a topic.
+    """Name -> path: a folder replaces its recordings if all of them were found, were made at the same time, and no two share a topic.
 
     found: names and paths of recordings. Recordings of one sensor, one after the other or of the same time of a simulation, stay separate.
     """
@@ -80,7 +88,8 @@ def joined(found: Mapping[str, Path]) -> dict[str, Path]:
         folders.setdefault(path.parent, []).append(name)
     result = {}
     for folder, names in folders.items():
-        if len(names) > 1 and _belong_together([found[name] for name in names]):
+        bags = [found[name] for name in names]
+        if len(bags) > 1 and set(bags) == set(recordings([folder]).values()) and _belong_together(bags):
             result[str(Path(names[0]).parent) if len(Path(names[0]).parts) > 1 else folder.name] = folder
         else:
             result |= {name: found[name] for name in names}

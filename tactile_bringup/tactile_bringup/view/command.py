@@ -88,7 +88,7 @@ def _lay_out(sensors: dict[str, dict[str, str]], frame: str, stream: RecordingSt
 
 def _show_bags(given: argparse.Namespace, stream: RecordingStream, shown: Entities, is_open: Callable[[], bool]) -> None:
     topics: dict[str, str] = {}
-    bags = recordings(given.bag).values()
+    bags = [bag for path in given.bag for bag in recordings([path]).values()]  # raw data and results may have the same name
     for bag in bags:
         with BagReader(bag) as reader:
             topics |= reader.topics

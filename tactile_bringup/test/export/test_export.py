@@ -163,6 +163,17 @@ def test_recordings_of_the_same_topics_or_of_different_times_are_episodes_of_the
             assert len(data) == 2
 
 
+def test_recordings_that_are_named_alone_leave_the_others_of_their_folder_out(h5py, tmp_path):
+    for name in ('thumb', 'tip', 'palm'):
+        with BagWriter(tmp_path / 'hand' / name) as writer:
+            for at in (1.0, 1.5, 2.0):
+                kind, data = encode(stamped(WrenchStamped(), at))
+                writer.write(f'/{name}/wrench', kind, int(1e9 * at), data)
+    assert run(tmp_path / 'hand' / 'thumb', tmp_path / 'hand' / 'tip', '--to', 'hdf5', tmp_path / 'out.h5') == 0
+    with h5py.File(tmp_path / 'out.h5') as data:
+        assert [[name for name in episode if name != 'time'] for episode in data.values()] == [['thumb'], ['tip']]
+
+
 def test_lerobot_has_its_published_layout(h5py, tmp_path):
     pq = pytest.importorskip('pyarrow.parquet', reason=f'pyarrow, {EXTRA}')
     bags = [write(tmp_path / 'a', image=(64, 96)), write(tmp_path / 'b', contact_s=np.arange(0, 1, 0.1), image=(64, 96))]

@@ -222,6 +222,16 @@ def test_a_bag_becomes_a_recording_of_rerun(shown, tmp_path, monkeypatch):
     assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'x.rrd']
 
 
+def test_raw_data_and_results_of_the_same_name_are_shown_together(shown, tmp_path):
+    for folder, topic in (('raw', '/thumb/contacts'), ('results', '/thumb/slip')):
+        with BagWriter(tmp_path / folder / 'thumb') as writer:
+            kind, data = encode(stamped(Contacts(contacts=[Contact(depth=0.001)]) if folder == 'raw' else Slip(), 1))
+            writer.write(topic, kind, 10**9, data)
+    assert command.main([str(tmp_path / 'raw'), str(tmp_path / 'results' / 'thumb'), '--save', str(tmp_path / 'x.rrd')]) == 0
+    report = subprocess.run(['rerun', 'rrd', 'stats', tmp_path / 'x.rrd'], capture_output=True, text=True, check=True).stdout
+    assert '/thumb/contacts:' in report and '/thumb/slip' in report
+
+
 def answers(address):
     try:
         return urllib.request.urlopen(address).status == 200
