@@ -17,7 +17,7 @@ from ..core.errors import BadCalibration, BadFrame
 from ..core.messages import stamp_seconds
 from ..core.parameter_files import read_parameters
 from ..dots.tracker import make_tracker
-from ..layer.tools import fit_modulus, read_loads
+from ..layer.tools import fit_modulus, load_report, read_loads
 from ..layer.undeformed import spacing_of
 from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR as PINS, fit_pins, smoothed
@@ -51,17 +51,12 @@ def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: s
     values = read_parameters(params, GEL_NODE, GEL_PARAMETERS)
     loads = read_loads(bags, lambda: GelStage(values | {'gel.young_modulus': 1.0, 'calibration': ''}),
                        lambda force, stage: float(stage.estimator.contact.force_sigma[2]), namespace, weight, left_out)
-    modulus, sigma, scatter = fit_modulus(loads)
-    newtons = [load.newtons for load in loads]
+    fit, newtons = fit_modulus(loads), [load.newtons for load in loads]
     write_calibration(output, CalibrationFile(
-        GEL, {'young_modulus': 'Pa', 'force_sigma': 'of the force'}, {'young_modulus': modulus, 'force_sigma': sigma},
-        {'scatter': scatter, 'loads': len(loads)}, {'force': [min(newtons), max(newtons)]}, left_out, serial=serial,
+        GEL, {'young_modulus': 'Pa', 'force_sigma': 'of the force'}, {'young_modulus': fit.value, 'force_sigma': fit.force_sigma},
+        {'scatter': fit.scatter, 'loads': len(loads)}, {'force': [min(newtons), max(newtons)]}, left_out, serial=serial,
         parameters=Specimen(serial, values).parameters(GEL)))
-    return '\n'.join([
-        f'{len(loads)} loads',
-        *(f'{load.newtons:.3g} N: {modulus * load.unit_force:.3g} N with this calibration' for load in loads),
-        f"Young's modulus {modulus:.4g} Pa; the standard deviation of a force is {sigma:.1%} of it",
-        *(f'left out: {line}' for line in left_out), f'written: {output}'])
+    return load_report(loads, fit, "Young's modulus", left_out, output)
 
 
 def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:

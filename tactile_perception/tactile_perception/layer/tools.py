@@ -53,6 +53,15 @@ def fit_modulus(loads: list[Load]) -> FittedModulus:
     return FittedModulus(float(np.exp(logs.mean())), max(scatter, float(np.median([load.sigma for load in loads]))), scatter)
 
 
+def load_report(loads: list[Load], fit: FittedModulus, name: str, left_out: list[str], output: Path) -> str:
+    """Report of a calibration by known loads. name: of the modulus; left_out: frames that are not used; output: the file."""
+    return '\n'.join([
+        f'{len(loads)} loads',
+        *(f'{load.newtons:.3g} N: {fit.value * load.unit_force:.3g} N with this calibration' for load in loads),
+        f'{name} {fit.value:.4g} Pa; the standard deviation of a force is {fit.force_sigma:.1%} of it',
+        *(f'left out: {line}' for line in left_out), f'written: {output}'])
+
+
 def read_loads(bags: list[Path], new_stage: Callable[[], Stage], sigma_of: Callable[[float, Stage], float], namespace: str,
                weight: float | None, left_out: list[str]) -> list[Load]:
     """The loads of recordings: frames with the same load, to two digits, are one.

@@ -20,7 +20,7 @@ from ..common.residuals import Residuals, write_and_report
 from ..core.calibration_file import CalibrationFile, Specimen, read_calibration, write_calibration
 from ..core.errors import BadCalibration, BadFrame
 from ..core.parameter_files import read_parameters
-from ..layer.tools import fit_modulus, read_loads
+from ..layer.tools import fit_modulus, load_report, read_loads
 from .calibration import BallFit, Press, draw_circles
 from .circles import CircleSearch
 from .force import SHAPE_ERROR
@@ -120,6 +120,7 @@ def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: s
     content = read_calibration(values['calibration'], SENSOR, values)
 
     def new_stage() -> PhotometricStage:
+        """A stage whose modulus is 1 Pa."""
         stage = PhotometricStage(values | {'gel.markers': False})
         stage.model = replace(stage.model, modulus=1.0)
         stage.reset()
@@ -134,11 +135,7 @@ def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: s
         residuals=content.residuals | {'force_scatter': fit.scatter, 'loads': len(loads)},
         calibrated_range=content.calibrated_range | {'force': [min(newtons), max(newtons)]}, left_out=content.left_out + left_out,
         serial=serial or content.serial))
-    return '\n'.join([
-        f'{len(loads)} loads',
-        *(f'{load.newtons:.3g} N: {fit.value * load.unit_force:.3g} N with this calibration' for load in loads),
-        f'modulus {fit.value:.4g} Pa; the standard deviation of a force is {fit.force_sigma:.1%} of it',
-        *(f'left out: {line}' for line in left_out), f'written: {output}'])
+    return load_report(loads, fit, 'modulus', left_out, output)
 
 
 def calibrate_gel(*given: object, sphere_radius: float | None = None, weight: float | None = None, **named: object) -> str:

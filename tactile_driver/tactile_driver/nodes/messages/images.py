@@ -48,7 +48,7 @@ def message_type(kind: type, topic: str) -> type:
     Returns
     -------
     type
-        CompressedImage in place of Image for a compressed topic; any other kind unchanged.
+        CompressedImage instead of Image for a compressed topic; any other kind unchanged.
     """
     return CompressedImage if kind is Image and topic.endswith(COMPRESSED) else kind
 
