@@ -29,6 +29,7 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.runtime.run import make_room_for_images
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import header_stamp_ns
@@ -115,7 +116,8 @@ def played(ear: Ear, sensor: str, bag: Path) -> tuple[float, int, int]:
     of the first result on; (NaN, 0, 0) without any."""
     with BagReader(bag) as reader:
         messages = list(reader.messages({topic for topic in reader.topics if topic.endswith(tuple(KINDS))}))
-    publishers = {topic: ear.node.create_publisher(KINDS[topic.rpartition('/')[2]], topic, 10)
+    offered = {'camera_info': LATCHED_QOS, 'image_raw': 10}  # as the recording offers them
+    publishers = {topic: ear.node.create_publisher(KINDS[name := topic.rpartition('/')[2]], topic, offered[name])
                   for topic in sorted({message.topic for message in messages})}
     topics = [topic for topic in publishers if topic.endswith('image_raw')]
     words = [f'{sensor}.launch.py', f'namespace:={_NAMESPACE}', 'source:=topics',

@@ -42,13 +42,15 @@ class TopicSource(Source):
         self._info: CameraCalibration | None = None
         self._is_informed, self._first_s = False, 0.0
         self._beside = posixpath.join(posixpath.dirname(raw), 'camera_info')
-        self._infos = AdaptiveSubscription(node, CameraInfo, self._beside, self._note, _LATCHED)
+        self._infos: AdaptiveSubscription | None = None
         self._image: AdaptiveSubscription | None = None
         self._gaps = StampGaps(topic)
         self._received = ReceivedMessages(self, _MAX_QUEUE)
 
     def open(self) -> None:
-        """Do nothing: read subscribes."""
+        """Subscribe to the camera_info; read subscribes to the images."""
+        self.close()
+        self._infos = AdaptiveSubscription(self._node, CameraInfo, self._beside, self._note, _LATCHED)
 
     def _note(self, message: CameraInfo, _received_ns: int) -> None:
         calibration = calibration_of_info(message)
@@ -88,7 +90,9 @@ class TopicSource(Source):
     def close(self) -> None:
         """Unsubscribe."""
         self._subscribe(False)
-        self._infos.close()
+        if self._infos is not None:
+            self._infos.close()
+            self._infos = None
 
     def describe(self) -> dict:
         """The topic, whether it is idle (not subscribed), the number of lost frames, counted by gaps in the stamps, and of those that

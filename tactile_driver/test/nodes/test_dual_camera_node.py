@@ -12,11 +12,15 @@ from fake_source import FakeSource
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from stitchings import SIZE, stitching, view
+from waiting import until
 from watching import stamps
 
+from tactile_driver.camera.pairs import NAMES
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame
+from tactile_driver.nodes import topic_source
 from tactile_driver.nodes.dual_camera_node import DualCameraNode
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, stamp_ns_of
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.sources.registry import DUAL_CAMERA_SOURCES
 from tactile_driver.sources.source import NothingYet
@@ -122,6 +126,25 @@ def views(k=0):
 
 def picture_of(message):
     return np.frombuffer(bytes(message.data), np.uint8).reshape(message.height, message.width)
+
+
+def test_two_image_topics_wait_for_the_camera_info_beside_each_of_them_alone(driven, tmp_path, monkeypatch):
+    monkeypatch.setattr(topic_source, 'CAMERA_INFO_PATIENCE_S', 60.0)
+    two = driven(DualCameraNode, source='topics', topic='/foreign/left/image_raw', right_topic='/foreign/right/image_raw',
+                 stitching_path=stitching_file(tmp_path))
+    publishers = [(two.node.create_publisher(Image, f'/foreign/{side}/image_raw', 10),
+                   two.node.create_publisher(CameraInfo, f'/foreign/{side}/camera_info', LATCHED_QOS)) for side in NAMES]
+    for _image, info in publishers:
+        info.publish(CameraInfo(width=SIZE[0], height=SIZE[1], k=[5.0, 0.0, 3.0, 0.0, 5.0, 2.0, 0.0, 0.0, 1.0]))
+    whole, numbers, pair = two.collect('image_raw', Image), itertools.count(1), views(0)
+
+    def sent():
+        number = next(numbers)
+        for (publisher, _info), image in zip(publishers, pair):
+            header = header_of(number * 50_000_000, 'theirs')
+            publisher.publish(image_to_message(Frame(image, stamp_ns_of(header), 'mono8'), '', header))
+        return whole
+    assert until(sent, two.executor)
 
 
 def test_two_image_topics_are_stitched_and_not_published_again(watcher, start, tmp_path):
