@@ -41,7 +41,7 @@ FINISHED = (
     *(f'tactile_perception/test/press/{name}' for name in (
         'dome', 'sheet', 'conftest.py', 'test_field.py', 'test_presses.py', 'test_published.py', 'test_region.py', 'test_sensitivity.py',
         'test_stage.py', 'test_stitching.py', 'test_tools.py')),
-    *(f'tactile_perception/src/{name}' for name in ('bindings', 'common', 'finger', 'force_taxels', 'press', 'taxel', 'touchpad')),
+    *(f'tactile_perception/src/{name}' for name in ('bindings', 'common', 'dots', 'finger', 'force_taxels', 'press', 'taxel', 'touchpad')),
     *(f'test/benchmark/{name}.py' for name in ('clips', 'gels', 'judged', 'parts', 'ratios', 'run')),
     'tactile_bringup/tactile_bringup', 'environment', 'Makefile', 'CONTRIBUTING.md', 'README.md', 'docs', '.github',
 )

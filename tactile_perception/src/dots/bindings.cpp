@@ -103,7 +103,7 @@ void bind_dots(py::module_& parent) {
            field("usual", &L::usual), field("unlikest", &L::unlikest));
     auto finder = class_of<DotFinder>(
         module, "DotFinder",
-        "Finds dots by a maximum-likelihood fit of each candidate, and its judgement. model: dots.fit.DiscModel; look:\n"
+        "Finds dots by a maximum-likelihood fit of each candidate, and rejects what is no dot. model: dots.fit.DiscModel; look:\n"
         "dots.appearance.Appearance; limits: DotLimits. It can be copied.");
     init(
         finder,
@@ -138,11 +138,11 @@ void bind_dots(py::module_& parent) {
     def(
         module, "find_lattice",
         "Lattice of dots at finite positions, px; of the four possible directions of its rows the one within 45 degrees of u.",
-        [](const Doubles& places) { return find_lattice(places, places.length()); }, "places (N, 2) [-1e12, 1e12]");
+        [](const Doubles& positions) { return find_lattice(positions, positions.length()); }, "positions (N, 2) [-1e12, 1e12]");
     def(
         module, "deviation",
-        "Whether dots at uv that are displaced by duv, NaN: unknown, are touched, and their largest deviation from a common affine motion,\n"
-        "px; sigma: standard deviation of a coordinate, NaN: unknown.",
+        "Whether dots at uv that are displaced by duv, NaN: unknown, are touched, and their largest deviation from a common affine\n"
+        "motion, px; sigma: standard deviation of a coordinate, NaN: unknown.",
         [](const Rows2& uv, const Rows2& duv, const Eigen::VectorXd& sigma) { return members<2>(deviation(uv, duv, sigma)); },
         "uv (N, 2) [-1e12, 1e12]", "duv (N, 2)", "sigma (N)");
     using T = TrackLinks;

@@ -13,25 +13,25 @@
 namespace tactile {
 namespace {
 
-constexpr double LOW = 0.2, HIGH = 0.8;  // of the way from ground to plateau, between which a weight rises from 0 to 1. Chosen
+constexpr double LOW = 0.2, HIGH = 0.8;  // shares of the step from ground to plateau, between which a weight rises from 0 to 1
 constexpr double TURN = 0.8416;          // standard deviations of the blur at which an edge reaches HIGH. Derived: normal quantile of HIGH
 constexpr double WIDTH = 0.2673;  // sum of w (1 - w) across a straight edge of weights w, per px of blur. Derived for a Gaussian edge
 constexpr double EDGE = TURN / (HIGH - LOW);  // px shift of an edge per relative change of brightness and px of blur. Derived
 constexpr double EDGE_BLUR = 1.247;           // reduction of that shift by blur, on sloping light. Derived for a Gaussian edge
-constexpr float CAP = 1.7f;             // ramp units (the plateau is at 1.33), above which a pixel of the small image is glare. Chosen
-constexpr double MODEL = 0.003;         // px, error of a position by shapes and light that are not modelled. Chosen
-constexpr double MODEL_OF_SHIFT = 0.1;  // relative uncertainty of the correction for sloping light. Chosen
-constexpr double MODEL_OF_SHAPE = 0.7;  // radii of uncertainty per unit of missing solidity. Chosen
-constexpr double FEWEST = 20;           // px of plateau, for its slope. Chosen
-constexpr double STEEPEST = 0.05;       // per px, bound of the plateau's relative slope. Chosen
-constexpr double TO_PLATEAU = 2.0, HALF_PIXEL = 0.65;  // blurs from edge to plateau, and px for the pixels of the small image. Chosen
-constexpr double OTHER = 0.25;                         // of the amplitude, deviation from the ground level that excludes a sample. Chosen
-constexpr double SOFT = 0.9;                           // loss of solidity by a soft edge, per square of blur over radius. Chosen
-constexpr double OUTSIDE = 3.5;                        // px from a region's border to its samples of the ground. Chosen
+constexpr float MAX_WEIGHT = 1.7f;            // ramp units (the plateau is at 1.33), above which a pixel of the small image is glare
+constexpr double MODEL_SIGMA = 0.003;         // px, error of a position by shapes and light that are not modelled
+constexpr double SHIFT_SIGMA = 0.1;           // relative uncertainty of the correction for sloping light
+constexpr double SHAPE_SIGMA = 0.7;           // radii of uncertainty per unit of missing solidity
+constexpr double MIN_PLATEAU_AREA = 20;       // px of plateau, for its slope
+constexpr double MAX_PLATEAU_SLOPE = 0.05;    // per px, bound of the plateau's relative slope
+constexpr double TO_PLATEAU = 2.0, HALF_PIXEL = 0.65;  // blurs from edge to plateau, and px for the pixels of the small image
+constexpr double MAX_GROUND_DEVIATION = 0.25;          // of the amplitude, from the ground level: beyond it a sample is left out
+constexpr double SOLIDITY_LOSS = 0.9;                  // loss of solidity by a soft edge, per square of blur over radius
+constexpr double GROUND_DISTANCE = 3.5;                // px from a region's border to its samples of the ground
 constexpr int RING = 12, PLATEAU = 21;                 // samples of the ground, on a ring, and of the plateau, on a diamond
-constexpr double APART = 0.11;                         // of a region's size, between samples of the plateau. Chosen
-constexpr int GROUND_RANK = 4, PLATEAU_RANK = 12;      // of the sorted samples: robust to neighbours, glare and border. Chosen
-constexpr int ROW = 7;                                 // px in the middle of a marker that tell the noise. Chosen
+constexpr double SAMPLE_SPACING = 0.11;                // of a region's size, between samples of the plateau
+constexpr int GROUND_RANK = 4, PLATEAU_RANK = 12;      // of the sorted samples: robust to neighbours, glare and border
+constexpr int NOISE_ROW = 7;                           // px in the middle of a marker from which the noise is measured
 
 // Moments of weights about a marker's patch: area, centroid, central second moments.
 struct Moments {
@@ -117,7 +117,7 @@ class Fitter {
     Fitter(const Image& image, const Image& small, int step, const std::uint16_t* labels, const std::vector<BlobRegion>& regions)
         : image_(image), small_(small), step_(step), labels_(labels), regions_(regions) {
         for (const BlobRegion& region : regions) side_ = std::max({side_, region.width + 2, region.height + 2});
-        for (int k = 0; k < RING; ++k) way_[k][0] = std::cos(k * M_PI / 6) / 2, way_[k][1] = std::sin(k * M_PI / 6) / 2;
+        for (int k = 0; k < RING; ++k) ring_[k][0] = std::cos(k * M_PI / 6) / 2, ring_[k][1] = std::sin(k * M_PI / 6) / 2;
     }
 
     Blobs run() {
@@ -153,11 +153,9 @@ class Fitter {
     double half() const { return (static_cast<double>(step_ * side_) - 1) / 2; }
 
     // From the centre of a patch to a pixel of the small image, px of the image; and the first pixel of the patch at so much or more.
-    double away_from_middle(std::ptrdiff_t pixel) const {
-        return step_ * (static_cast<double>(pixel) - (static_cast<double>(side_) - 1) / 2);
-    }
-    std::ptrdiff_t first_within(double away) const {
-        return std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::ceil(away / step_ + (static_cast<double>(side_) - 1) / 2)), 0);
+    double from_centre(std::ptrdiff_t pixel) const { return step_ * (static_cast<double>(pixel) - (static_cast<double>(side_) - 1) / 2); }
+    std::ptrdiff_t first_within(double distance) const {
+        return std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::ceil(distance / step_ + (static_cast<double>(side_) - 1) / 2)), 0);
     }
 
     bool is_own(const BlobRegion& region, std::ptrdiff_t row, std::ptrdiff_t column) const {
@@ -175,22 +173,22 @@ class Fitter {
     }
 
     Levels levels_of(const BlobRegion& region) const {
-        const double outside = 2 * OUTSIDE / step_;
+        const double outside = 2 * GROUND_DISTANCE / step_;
         std::uint8_t around[RING], sorted[RING], plateau[PLATEAU];
         for (int k = 0; k < RING; ++k) {
-            sorted[k] = around[k] = sample(region, way_[k][0], way_[k][1], outside);
+            sorted[k] = around[k] = sample(region, ring_[k][0], ring_[k][1], outside);
         }
         int count = 0;
         for (int a = -2; a <= 2; ++a)
             for (int b = -2; b <= 2; ++b)
-                if (std::abs(a) + std::abs(b) <= 3) plateau[count++] = sample(region, a * APART, b * APART, 0);
+                if (std::abs(a) + std::abs(b) <= 3) plateau[count++] = sample(region, a * SAMPLE_SPACING, b * SAMPLE_SPACING, 0);
         std::sort(sorted, sorted + RING);
         std::sort(plateau, plateau + PLATEAU);
         const float ground = sorted[GROUND_RANK], amplitude = std::max(static_cast<float>(plateau[PLATEAU_RANK]) - ground, 1.0f);
         double x = 0, y = 0;
         for (int k = 0; k < RING; ++k) {
-            const double off = (around[k] - ground) / amplitude;
-            if (std::abs(off) <= OTHER) x += off * way_[k][0], y += off * way_[k][1];
+            const double deviation = (around[k] - ground) / amplitude;
+            if (std::abs(deviation) <= MAX_GROUND_DEVIATION) x += deviation * ring_[k][0], y += deviation * ring_[k][1];
         }
         const double share = 8.0 / RING / step_;
         return {ground, amplitude, x * share / (static_cast<double>(region.width) + outside),
@@ -217,14 +215,14 @@ class Fitter {
         sums_.resize(4 * stride);
         float *by_one = sums_.data(), *by_y = by_one + stride, *by_yy = by_y + stride, *squared = by_yy + stride;
         const auto scale = static_cast<float>(1 / ((HIGH - LOW) * levels.amplitude));
-        const double off_x = static_cast<double>(first - step_ * left(region)) - half();
-        const double off_y = static_cast<double>(top_row - step_ * top(region)) - half();
+        const double corner_x = static_cast<double>(first - step_ * left(region)) - half();
+        const double corner_y = static_cast<double>(top_row - step_ * top(region)) - half();
         add_columns({levels_.data(), own_.data(), rows, stride, scale, static_cast<float>(levels.ground + LOW * levels.amplitude) * scale,
-                     static_cast<float>(off_y)},
+                     static_cast<float>(corner_y)},
                     by_one, by_y, by_yy, squared);
         double sums[6] = {}, squares = 0;
         for (std::ptrdiff_t k = 0; k < count; ++k) {
-            const double x = static_cast<double>(k) + off_x;
+            const double x = static_cast<double>(k) + corner_x;
             const double parts[] = {by_one[k], by_one[k] * x, by_y[k], by_one[k] * x * x, by_y[k] * x, by_yy[k]};
             for (int s = 0; s < 6; ++s) sums[s] += parts[s];
             squares += squared[k];
@@ -235,7 +233,8 @@ class Fitter {
     // Adds the sizes of the second differences along the middle row of a region's patch.
     void add_bends(const BlobRegion& region, std::vector<double>& bends) const {
         const std::ptrdiff_t side = step_ * side_, v = step_ * top(region) + side / 2, u = step_ * left(region);
-        const std::ptrdiff_t first = std::max<std::ptrdiff_t>(side / 2 - ROW / 2, 0), last = std::min(side / 2 + ROW / 2 + 1, side);
+        const std::ptrdiff_t first = std::max<std::ptrdiff_t>(side / 2 - NOISE_ROW / 2, 0),
+                             last = std::min(side / 2 + NOISE_ROW / 2 + 1, side);
         const auto pixel = [&](std::ptrdiff_t k) {
             const bool own =
                 v >= 0 && u + k >= 0 && v < image_.rows && u + k < image_.columns && is_own(region, v / step_, (u + k) / step_);
@@ -247,23 +246,23 @@ class Fitter {
     // Relative slope of a plateau per px, 0 where too little of it is seen, and its noise.
     void plateau_slope(const BlobRegion& region, const Levels& levels, const Moments& moments, double blur, double noise, double* slope,
                        double& slope_noise) const {
-        const double away = TO_PLATEAU * blur + HALF_PIXEL * (step_ - 1);
-        const double scale = std::max(1 - away / std::max(moments.minor(), 1e-6), 0.0), safe = std::max(moments.determinant(), 1e-6);
+        const double distance = TO_PLATEAU * blur + HALF_PIXEL * (step_ - 1);
+        const double scale = std::max(1 - distance / std::max(moments.minor(), 1e-6), 0.0), safe = std::max(moments.determinant(), 1e-6);
         const auto span = static_cast<float>(1 / ((HIGH - LOW) * levels.amplitude));
         const float offset = static_cast<float>(levels.ground + LOW * levels.amplitude) * span;
         double seen[6] = {}, sums[3] = {};
         const double reach_x = 2 * scale * std::sqrt(moments.xx), reach_y = 2 * scale * std::sqrt(moments.yy);
-        for (std::ptrdiff_t row = first_within(moments.y - reach_y); row < side_ && away_from_middle(row) <= moments.y + reach_y; ++row) {
-            const double y = away_from_middle(row), dy = y - moments.y;
+        for (std::ptrdiff_t row = first_within(moments.y - reach_y); row < side_ && from_centre(row) <= moments.y + reach_y; ++row) {
+            const double y = from_centre(row), dy = y - moments.y;
             const std::ptrdiff_t v = top(region) + row, from = first_within(moments.x - reach_x);
             double count = 0, by_x = 0, by_xx = 0, lit = 0, lit_x = 0;
-            for (std::ptrdiff_t column = from; column < side_ && away_from_middle(column) <= moments.x + reach_x; ++column) {
-                const double x = away_from_middle(column), dx = x - moments.x;
+            for (std::ptrdiff_t column = from; column < side_ && from_centre(column) <= moments.x + reach_x; ++column) {
+                const double x = from_centre(column), dx = x - moments.x;
                 if (!(moments.yy * dx * dx - 2 * moments.xy * dx * dy + moments.xx * dy * dy < 4 * scale * scale * safe)) continue;
                 count += 1, by_x += x, by_xx += x * x;
                 const std::ptrdiff_t u = left(region) + column;
                 if (!is_own(region, v, u)) continue;
-                const double weight = std::clamp(small_.pixels[v * small_.columns + u] * span - offset, 0.0f, CAP);
+                const double weight = std::clamp(small_.pixels[v * small_.columns + u] * span - offset, 0.0f, MAX_WEIGHT);
                 lit += weight, lit_x += weight * x;
             }
             const double parts[] = {count, by_x, count * y, by_xx, by_x * y, count * y * y};
@@ -274,11 +273,11 @@ class Fitter {
         for (double& sum : sums) sum *= step_ * step_;
         const Moments whole(seen);
         slope[0] = slope[1] = slope_noise = 0;
-        if (whole.area < FEWEST) return;
+        if (whole.area < MIN_PLATEAU_AREA) return;
         const double x = sums[1] - sums[0] * whole.x, y = sums[2] - sums[0] * whole.y;
         const double share = (HIGH - LOW) / std::max(whole.area * whole.determinant(), 1e-6);
-        slope[0] = std::clamp((whole.yy * x - whole.xy * y) * share, -STEEPEST, STEEPEST);
-        slope[1] = std::clamp((whole.xx * y - whole.xy * x) * share, -STEEPEST, STEEPEST);
+        slope[0] = std::clamp((whole.yy * x - whole.xy * y) * share, -MAX_PLATEAU_SLOPE, MAX_PLATEAU_SLOPE);
+        slope[1] = std::clamp((whole.xx * y - whole.xy * x) * share, -MAX_PLATEAU_SLOPE, MAX_PLATEAU_SLOPE);
         slope_noise = noise * std::sqrt(4 * M_PI) / std::max(whole.area, 1.0);
         const double square = slope[0] * slope[0] + slope[1] * slope[1], sure = square / (square + 2 * slope_noise * slope_noise + 1e-12);
         slope[0] *= sure, slope[1] *= sure;
@@ -293,16 +292,16 @@ class Fitter {
         const double share = 4 * blur / (radius * radius);
         const double shift_x = (moments.xx * lever_x + moments.xy * lever_y) * share;
         const double shift_y = (moments.xy * lever_x + moments.yy * lever_y) * share;
-        const double soft = blur * perimeter / (2 * moments.area), solidity = moments.solidity() * (1 + SOFT * soft * soft);
-        const double by_shift = MODEL_OF_SHIFT * std::hypot(shift_x, shift_y), by_shape = MODEL_OF_SHAPE * radius * (solidity - 1);
-        const double model = std::sqrt(MODEL * MODEL + by_shift * by_shift + by_shape * by_shape);
+        const double soft = blur * perimeter / (2 * moments.area), solidity = moments.solidity() * (1 + SOLIDITY_LOSS * soft * soft);
+        const double by_shift = SHIFT_SIGMA * std::hypot(shift_x, shift_y), by_shape = SHAPE_SIGMA * radius * (solidity - 1);
+        const double model = std::sqrt(MODEL_SIGMA * MODEL_SIGMA + by_shift * by_shift + by_shape * by_shape);
         const double pixels = 2 * TURN * blur * perimeter;  // on the edge, whose second moment is twice the area's
         const double by_edge = noise / (HIGH - LOW) * std::sqrt(pixels * (moments.xx + moments.yy)) / moments.area;
-        const double of_place = std::hypot(by_edge, EDGE * blur * radius * slope_noise);
+        const double by_noise = std::hypot(by_edge, EDGE * blur * radius * slope_noise);
         return {static_cast<double>(step_ * left(region)) + half() + moments.x - shift_x,
                 static_cast<double>(step_ * top(region)) + half() + moments.y - shift_y,
                 moments.area + M_PI * blur * blur,
-                std::hypot(of_place, model),
+                std::hypot(by_noise, model),
                 levels.amplitude,
                 solidity};
     }
@@ -312,7 +311,7 @@ class Fitter {
     const std::uint16_t* labels_;
     const std::vector<BlobRegion>& regions_;
     std::ptrdiff_t side_ = 0;            // of the regions' patches, px of the small image
-    double way_[RING][2];                // samples of the ground from a region's centre, of its size
+    double ring_[RING][2];               // samples of the ground from a region's centre, of its size
     std::vector<std::uint16_t> levels_;  // of one region
     std::vector<std::int16_t> own_;
     std::vector<float> sums_;  // of its columns

@@ -19,7 +19,7 @@ constexpr double MAX_DRIFT = 0.5;                        // px, median displacem
 constexpr double KEPT = 0.8;                             // share of the dots with the smallest residuals that the fit uses
 constexpr double FARTHEST = 1e12;                        // px: squares of it are finite
 constexpr Index MIN_DOTS_FOR_AFFINE = 8;
-constexpr double RIDGE = 1e-12;           // of the normal equations, for collinear dots
+constexpr double RIDGE = 1e-12;                             // of the normal equations, for collinear dots
 const double MEDIAN_OF_TWO = std::sqrt(2 * std::log(2.0));  // standard deviations of one coordinate: median of the distance in two
 
 /// The element of that rank, from 0, rounded down.

@@ -13,13 +13,13 @@ namespace {
 // Maximum-likelihood fit of one blurred disc to a compressed patch. At each node of the model, the weighted least-squares estimate of the
 // differences from the node is a matrix applied to the patch.
 
-constexpr double LONGEST = 0.7, LONGEST_DIAMETER = 1.5;  // px, longest step of a position and of the diameter. Chosen
-constexpr double NOTHING = 1e-12;                        // grey levels, prevents division by zero
+constexpr double MAX_STEP = 0.7, MAX_DIAMETER_STEP = 1.5;  // px, longest step of a position and of the diameter
+constexpr double MIN_AMPLITUDE = 1e-12;                    // grey levels, prevents division by zero
 
-// The whole number nearest to a coordinate, from least to most; least for NaN.
-int nearest(double place, int least, int most) {
-    if (!(place > least)) return least;
-    return place < most ? least + static_cast<int>(place - least + 0.5) : most;
+// The whole number nearest to a coordinate, from low to high; low for NaN.
+int nearest(double coordinate, int low, int high) {
+    if (!(coordinate > low)) return low;
+    return coordinate < high ? low + static_cast<int>(coordinate - low + 0.5) : high;
 }
 
 // A patch mirrored into the quadrant where across and down are positive, and the node's tables there.
@@ -65,7 +65,9 @@ TACTILE_WIDE void DiscPatch::subtract(double u, double v, double diameter, doubl
     const double at = std::clamp((diameter - model_.smallest) * per_diameter + 0.5, 0.0, static_cast<double>(model_.profiles - 1));
     const float* profile = model_.profile.data() + static_cast<std::ptrdiff_t>(at) * model_.profile_length;
     const double reach = std::sqrt(static_cast<double>(model_.profile_length - 1) / model_.per_square);
-    const auto within = [&](double place) { return static_cast<std::ptrdiff_t>(std::clamp(place, 0.0, static_cast<double>(side_))); };
+    const auto within = [&](double coordinate) {
+        return static_cast<std::ptrdiff_t>(std::clamp(coordinate, 0.0, static_cast<double>(side_)));
+    };
     const auto across = static_cast<double>(half_) + u, down = static_cast<double>(half_) + v;  // from the patch's corner
     const std::ptrdiff_t first = within(across - reach), last = within(across + reach + 1), outermost = model_.profile_length - 1;
     const auto strength = static_cast<float>(amplitude), density = static_cast<float>(model_.per_square),
@@ -113,11 +115,11 @@ TACTILE_WIDE Disc estimate(const float* patch, const DiscNode& node, const DiscM
     const float* rows = model.estimators.data() + quadrant.index * ESTIMATES * DIMENSIONS;
     double answer[ESTIMATES];
     for (std::ptrdiff_t k = 0; k < ESTIMATES; ++k) answer[k] = quadrant.times(rows + k * DIMENSIONS);
-    const double inverse = 1 / (answer[3] + NOTHING), phase = 1 / static_cast<double>(model.phases - 1);
+    const double inverse = 1 / (answer[3] + MIN_AMPLITUDE), phase = 1 / static_cast<double>(model.phases - 1);
     const double spacing = (model.largest - model.smallest) / static_cast<double>(model.diameters - 1);
-    return {node.across * phase + quadrant.along_u * std::clamp(answer[0] * inverse, -LONGEST, LONGEST),
-            node.down * phase + quadrant.along_v * std::clamp(answer[1] * inverse, -LONGEST, LONGEST),
-            model.smallest + node.size * spacing + std::clamp(answer[2] * inverse, -LONGEST_DIAMETER, LONGEST_DIAMETER), answer[3],
+    return {node.across * phase + quadrant.along_u * std::clamp(answer[0] * inverse, -MAX_STEP, MAX_STEP),
+            node.down * phase + quadrant.along_v * std::clamp(answer[1] * inverse, -MAX_STEP, MAX_STEP),
+            model.smallest + node.size * spacing + std::clamp(answer[2] * inverse, -MAX_DIAMETER_STEP, MAX_DIAMETER_STEP), answer[3],
             answer[4]};
 }
 
@@ -135,12 +137,12 @@ Disc fit_disc(const float* patch, Disc start, int steps, const DiscModel& model,
 
 TACTILE_WIDE double residual_variance(const float* patch, const DiscNode& node, const DiscModel& model) {
     const Quadrant quadrant(patch, node, model);
-    double rest = quadrant.times(quadrant.values);
+    double residual = quadrant.times(quadrant.values);
     for (std::ptrdiff_t mode = 0; mode < MODES; ++mode) {
         const double part = quadrant.times(model.modes.data() + (quadrant.index * MODES + mode) * DIMENSIONS);
-        rest -= part * part;
+        residual -= part * part;
     }
-    return std::max(rest, 0.0) / static_cast<double>(DIMENSIONS - MODES);
+    return std::max(residual, 0.0) / static_cast<double>(DIMENSIONS - MODES);
 }
 
 }  // namespace tactile

@@ -15,7 +15,7 @@ namespace tactile {
 
 constexpr std::ptrdiff_t DIMENSIONS = 32;  // of a compressed patch
 constexpr std::ptrdiff_t ESTIMATES = 5;    // amplitude times du, dv and ddiameter; amplitude; ground
-constexpr std::ptrdiff_t MODES = 10;       // of a dot's image that the residual leaves out
+constexpr std::ptrdiff_t MODES = 10;       // of a dot's image that the residual excludes
 constexpr std::ptrdiff_t SECTORS = 4;      // parities of a patch: even or odd along u and along v
 // Number of dimensions of each sector: even, odd along u, odd along v, odd along both.
 constexpr std::ptrdiff_t SECTOR_SIZES[SECTORS] = {12, 8, 8, 4};

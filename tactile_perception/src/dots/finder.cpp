@@ -17,13 +17,13 @@ namespace {
 // Fits of all dots of an image. Each is fitted alone first; those with neighbours in their patches again, after the neighbours' images are
 // subtracted.
 
-constexpr int FIRST_STEPS = 2;  // from a candidate. Chosen: a node further is refined at the end
+constexpr int FIRST_STEPS = 2;  // from a candidate; a node further is refined at the end
 
 // A candidate and its fit.
 struct DotFit {
     double start_u, start_v;     // px, of the candidate
     std::ptrdiff_t column, row;  // middle pixel of its patch
-    Disc disc;                   // relative to that pixel; its ground relative to the look's
+    Disc disc;                   // relative to that pixel; its ground relative to that of the appearance
     DiscNode node;               // of the last step
     bool single = true;          // false: a second fit of another's dot
     double variance = 0;         // of the residual, grey levels^2
@@ -32,19 +32,19 @@ struct DotFit {
     double u() const { return static_cast<double>(column) + disc.u; }
     double v() const { return static_cast<double>(row) + disc.v; }
     // px from the middle pixel: the larger of both axes.
-    double away() const { return std::max(std::abs(disc.u), std::abs(disc.v)); }
+    double offset() const { return std::max(std::abs(disc.u), std::abs(disc.v)); }
 };
 
-// Fits dots near places u, v, u, v, ..., px; where dots overlap or are close, each without its neighbours' images.
+// Fits dots near positions u, v, u, v, ..., px; where dots overlap or are close, each without its neighbours' images.
 class Fits {
  public:
     Fits(const Image& image, const DiscModel& model, const DotLook& look, const DotLimits& limits)
         : image_(image), model_(model), look_(look), limits_(limits), patch_(model) {}
 
-    std::vector<DotFit> run(const std::vector<double>& places) {
-        for (std::size_t i = 0; i < places.size(); i += 2) begin(places[i], places[i + 1]);
+    std::vector<DotFit> run(const std::vector<double>& positions) {
+        for (std::size_t i = 0; i < positions.size(); i += 2) add(positions[i], positions[i + 1]);
         find_neighbours();
-        take_doubles();
+        mark_doubles();
         subtract_neighbours();
         for (DotFit& dot : dots_) {
             if (!(nearest_node(dot.disc, model_) == dot.node)) fit(dot, 1);
@@ -54,19 +54,19 @@ class Fits {
     }
 
  private:
-    // Index of the pixel nearest to a place.
-    static std::ptrdiff_t pixel(double place, std::ptrdiff_t count) {
-        return place > 0 ? static_cast<std::ptrdiff_t>(std::min(place + 0.5, static_cast<double>(count - 1))) : 0;
+    // Index of the pixel nearest to a coordinate.
+    static std::ptrdiff_t pixel(double coordinate, std::ptrdiff_t count) {
+        return coordinate > 0 ? static_cast<std::ptrdiff_t>(std::min(coordinate + 0.5, static_cast<double>(count - 1))) : 0;
     }
     double contrast(const DotFit& dot) const { return look_.contrast < 0 ? -dot.disc.amplitude : dot.disc.amplitude; }
     // px between the candidates.
-    double began_apart(const DotFit& a, const DotFit& b) const { return std::hypot(a.start_u - b.start_u, a.start_v - b.start_v); }
+    double start_distance(const DotFit& a, const DotFit& b) const { return std::hypot(a.start_u - b.start_u, a.start_v - b.start_v); }
 
     void cut(const DotFit& dot) { patch_.cut(image_, dot.column, dot.row, look_.ground); }
     void fit(DotFit& dot, int steps) { dot.disc = fit_disc(dot.patch, dot.disc, steps, model_, dot.node); }
 
     // Fits a dot alone, in the patch around its nearest pixel.
-    void begin(double u, double v) {
+    void add(double u, double v) {
         DotFit dot{};
         dot.start_u = u, dot.start_v = v;
         move(dot, u, v);
@@ -85,10 +85,10 @@ class Fits {
 
     // Lists, for each dot, the dots that may appear in its patch: neighbours_ from first_[i] to first_[i + 1].
     void find_neighbours() {
-        std::vector<double> places;
-        for (const DotFit& dot : dots_) places.push_back(dot.start_u), places.push_back(dot.start_v);
+        std::vector<double> positions;
+        for (const DotFit& dot : dots_) positions.push_back(dot.start_u), positions.push_back(dot.start_v);
         const double reach = static_cast<double>(model_.half) + model_.largest / 2 + 2 * model_.blur;
-        const auto pairs = near_pairs(places.data(), static_cast<std::ptrdiff_t>(dots_.size()), reach);
+        const auto pairs = near_pairs(positions.data(), static_cast<std::ptrdiff_t>(dots_.size()), reach);
         first_.assign(dots_.size() + 1, 0);
         for (const auto& [i, j] : pairs) ++first_[i + 1], ++first_[j + 1];
         for (std::size_t i = 0; i < dots_.size(); ++i) first_[i + 1] += first_[i];
@@ -98,16 +98,16 @@ class Fits {
     }
 
     template <class Call>
-    void for_neighbours(std::size_t i, Call call) const {
+    void for_each_neighbour(std::size_t i, Call call) const {
         for (std::int32_t k = first_[i]; k < first_[i + 1]; ++k) call(static_cast<std::size_t>(neighbours_[k]));
     }
 
     // Of two fits of one dot, the first alone is single.
-    void take_doubles() {
+    void mark_doubles() {
         for (std::size_t i = 0; i < dots_.size(); ++i) {
-            for_neighbours(i, [&](std::size_t j) {
+            for_each_neighbour(i, [&](std::size_t j) {
                 const DotFit &dot = dots_[i], &other = dots_[j];
-                if (j < i && (began_apart(dot, other) < limits_.same * look_.typical ||
+                if (j < i && (start_distance(dot, other) < limits_.same * look_.typical ||
                               std::hypot(dot.u() - other.u(), dot.v() - other.v()) < limits_.met * look_.typical)) {
                     dots_[i].single = false;
                 }
@@ -123,7 +123,7 @@ class Fits {
 
     // Whether the fit models the image; one that diverged, as under glare, does not.
     bool is_settled(const DotFit& dot) const {
-        return dot.single && contrast(dot) > limits_.faintest * std::abs(look_.contrast) && dot.away() < limits_.farthest &&
+        return dot.single && contrast(dot) > limits_.faintest * std::abs(look_.contrast) && dot.offset() < limits_.farthest &&
                dot.disc.diameter < model_.largest;
     }
 
@@ -133,7 +133,7 @@ class Fits {
         for (std::size_t i = 0; i < alone.size(); ++i) {
             if (!alone[i].single) continue;
             bool any = false;
-            for_neighbours(i, [&](std::size_t j) {
+            for_each_neighbour(i, [&](std::size_t j) {
                 const double reach = static_cast<double>(model_.half) + alone[j].disc.diameter / 2 + model_.blur;
                 if (!is_settled(alone[j]) || !(std::abs(static_cast<double>(alone[i].column) - alone[j].u()) < reach) ||
                     !(std::abs(static_cast<double>(alone[i].row) - alone[j].v()) < reach)) {
@@ -161,9 +161,9 @@ class Fits {
 // Slopes of the ground from the fitted grounds of neighbouring dots: a slope fitted within each dot's own small patch would cost up to half
 // of the position's accuracy.
 
-constexpr double DARK = 0.2;       // grey levels: a darker ground gets slope zero. Chosen
-constexpr double FEWEST = 3.5;     // dots of a plane: four
-constexpr double FLATTEST = 0.02;  // cells^4, determinant of the dots' second moments per dot: less is a line of dots. Chosen
+constexpr double MIN_GROUND = 0.2;      // grey levels: a darker ground gets slope zero
+constexpr double MIN_PLANE_DOTS = 3.5;  // dots of a plane: four
+constexpr double MIN_SPREAD = 0.02;     // cells^4, determinant of the dots' second moments per dot: less is a line of dots
 
 // Slopes of the ground along u and v, relative to it, per px.
 struct GroundSlope {
@@ -175,11 +175,11 @@ using Sums = Eigen::Array<double, 9, 1>;
 
 // The least-squares plane through the dots that were summed; u and v in cells.
 GroundSlope plane(const Sums& sums, double cell) {
-    if (sums[0] < FEWEST) return {};
+    if (sums[0] < MIN_PLANE_DOTS) return {};
     const double n = sums[0], u = sums[1] / n, v = sums[2] / n, ground = sums[3] / n;
     const double uu = sums[4] - n * u * u, uv = sums[5] - n * u * v, vv = sums[6] - n * v * v;
     const double ug = sums[7] - n * u * ground, vg = sums[8] - n * v * ground, determinant = uu * vv - uv * uv;
-    if (!(determinant > FLATTEST * n * n && ground > DARK)) return {};
+    if (!(determinant > MIN_SPREAD * n * n && ground > MIN_GROUND)) return {};
     const double scale = 1 / (determinant * ground * cell);
     return {(vv * ug - uv * vg) * scale, (uu * vg - uv * ug) * scale};
 }
@@ -217,7 +217,7 @@ std::vector<GroundSlope> ground_slopes(const std::vector<DotFit>& dots, const st
 // Rejects fits that are not dots. A fit is rejected, too, where dirt, glare or a neighbour may have shifted it: a missed dot does less harm
 // than a wrong one.
 
-constexpr double CELL = 2.5;  // typical diameters, about a pitch: side of a cell of ground_slopes
+constexpr double CELL_SIDE = 2.5;  // typical diameters, about a pitch: side of a cell of ground_slopes
 
 class Judge {
  public:
@@ -230,7 +230,7 @@ class Judge {
         FoundDots found{{}, {}, false};
         for (std::size_t i = 0; i < fits_.size(); ++i) {
             const DotFit& fit = fits_[i];
-            good_[i] = good_[i] && fit.away() < limits_.farthest && is_inside(fit);
+            good_[i] = good_[i] && fit.offset() < limits_.farthest && is_inside(fit);
             found.outgrown |= good_[i] && fit.disc.diameter >= model_.largest;
             good_[i] = good_[i] && fit.disc.diameter < model_.largest && fit.single;
         }
@@ -269,7 +269,7 @@ class Judge {
     void measure(std::vector<Dot>& dots) const {
         std::vector<double> grounds(fits_.size());
         for (std::size_t i = 0; i < fits_.size(); ++i) grounds[i] = fits_[i].disc.ground + look_.ground;
-        const std::vector<GroundSlope> slopes = ground_slopes(fits_, grounds, good_, CELL * look_.typical);
+        const std::vector<GroundSlope> slopes = ground_slopes(fits_, grounds, good_, CELL_SIDE * look_.typical);
         for (std::size_t i = 0; i < fits_.size(); ++i) {
             if (!good_[i]) continue;
             const DotFit& fit = fits_[i];
@@ -299,7 +299,7 @@ FoundDots DotFinder::find(const Image& image) const {
     std::vector<double> candidates = find_peaks(image, look_);
     const std::vector<DotFit> fits = Fits(image, *model_, look_, limits_).run(candidates);
     FoundDots found = Judge(image, fits, *model_, look_, limits_).run();
-    const auto whole = [this](double place) { return (place + 0.5) * look_.step - 0.5; };
+    const auto whole = [this](double coordinate) { return (coordinate + 0.5) * look_.step - 0.5; };
     for (Dot& dot : found.dots) {
         dot.u = whole(dot.u), dot.v = whole(dot.v);
         dot.area *= look_.step * look_.step, dot.sigma *= look_.step;

@@ -21,8 +21,8 @@ namespace {
 
 using Links = std::vector<std::int32_t>;
 
-constexpr int WAYS = 4;  // right, below, left, above
-constexpr std::int64_t ROW_STEP[WAYS] = {0, 1, 0, -1}, COLUMN_STEP[WAYS] = {1, 0, -1, 0};
+constexpr int DIRECTIONS = 4;  // right, below, left, above
+constexpr std::int64_t ROW_STEP[DIRECTIONS] = {0, 1, 0, -1}, COLUMN_STEP[DIRECTIONS] = {1, 0, -1, 0};
 
 // member: dots that links reach; contradictions: number of links that disagree with the indices, and of dots with the indices of another.
 struct Indices {
@@ -32,15 +32,15 @@ struct Indices {
 };
 
 struct Neighbours {
-    Links to[WAYS];
+    Links to[DIRECTIONS];
 
     Neighbours(const Links& right, const Links& below) {
         to[0] = right;
         to[1] = below;
-        for (int way = 0; way < 2; ++way) {
-            to[way + 2].assign(right.size(), -1);
+        for (int direction = 0; direction < 2; ++direction) {
+            to[direction + 2].assign(right.size(), -1);
             for (std::size_t i = 0; i < right.size(); ++i) {
-                if (to[way][i] >= 0) to[way + 2][to[way][i]] = static_cast<std::int32_t>(i);
+                if (to[direction][i] >= 0) to[direction + 2][to[direction][i]] = static_cast<std::int32_t>(i);
             }
         }
     }
@@ -77,12 +77,12 @@ void spread(const Neighbours& links, Indices& found) {
         reached[start] = 1;
         for (std::size_t next = 0; next < members.size(); ++next) {
             const std::int32_t i = members[next];
-            for (int way = 0; way < WAYS; ++way) {
-                const std::int32_t j = links.to[way][i];
+            for (int direction = 0; direction < DIRECTIONS; ++direction) {
+                const std::int32_t j = links.to[direction][i];
                 if (j < 0 || reached[j]) continue;
                 reached[j] = 1;
-                found.row[j] = found.row[i] + ROW_STEP[way];
-                found.column[j] = found.column[i] + COLUMN_STEP[way];
+                found.row[j] = found.row[i] + ROW_STEP[direction];
+                found.column[j] = found.column[i] + COLUMN_STEP[direction];
                 members.push_back(j);
             }
         }
@@ -104,11 +104,11 @@ std::ptrdiff_t doubles(const Indices& found) {
 
 std::ptrdiff_t contradictions(const Neighbours& links, const Indices& found) {
     std::ptrdiff_t wrong = doubles(found);
-    for (int way = 0; way < 2; ++way) {
+    for (int direction = 0; direction < 2; ++direction) {
         for (std::size_t i = 0; i < found.row.size(); ++i) {
-            const std::int32_t j = links.to[way][i];
+            const std::int32_t j = links.to[direction][i];
             if (j < 0 || !found.member[i]) continue;
-            wrong += found.row[j] != found.row[i] + ROW_STEP[way] || found.column[j] != found.column[i] + COLUMN_STEP[way];
+            wrong += found.row[j] != found.row[i] + ROW_STEP[direction] || found.column[j] != found.column[i] + COLUMN_STEP[direction];
         }
     }
     return wrong;
@@ -133,15 +133,15 @@ Indices propagate_indices(const std::vector<std::int32_t>& right, const std::vec
 
 using Complex = std::complex<double>;
 
-constexpr double REACH = 1.9;                 // median nearest distances. Derived: reaches a full pitch where the median is 0.6 of it
-constexpr double TOLERANCES[] = {0.3, 0.21};  // of the local step, for a link; the second if the first contradicts itself. Chosen
-constexpr double SLOPE = 4.0;                 // weight of the squared step across against the squared step along. Chosen
-constexpr double COHERENCE = 0.15;            // mean resultant length of the directions below which dots form no grid. Chosen
-constexpr double CELL = 2.0;                  // pitches, side of the cells; steps are averaged over three by three cells. Chosen
-constexpr double LOCAL = 1.3;                 // pitches: longer pairs are not used for directions. Chosen: less than a diagonal
-constexpr std::ptrdiff_t MOST_CELLS = 16;     // per dot. Derived: a grid needs a quarter of a cell per dot, dots on one line more
-constexpr std::ptrdiff_t SAMPLE = 40;         // dots from whose nearest neighbours the pitch is estimated. Chosen
-constexpr double WHOLE_WEIGHT = 1e-3;         // of the mean of all cells against that of three by three cells. Chosen
+constexpr double PAIR_DISTANCE = 1.9;         // median nearest distances. Derived: reaches a full pitch where the median is 0.6 of it
+constexpr double TOLERANCES[] = {0.3, 0.21};  // of the local step, for a link; the second if the first contradicts itself
+constexpr double ACROSS_WEIGHT = 4.0;         // weight of the squared step across against the squared step along
+constexpr double MIN_COHERENCE = 0.15;        // mean resultant length of the directions below which dots form no grid
+constexpr double CELL_SIDE = 2.0;             // pitches, side of the cells; steps are averaged over three by three cells
+constexpr double DIRECTION_DISTANCE = 1.3;    // pitches: longer pairs are not used for directions: less than a diagonal
+constexpr std::ptrdiff_t MAX_CELLS = 16;      // per dot. Derived: a grid needs a quarter of a cell per dot, dots on one line more
+constexpr std::ptrdiff_t PITCH_SAMPLE = 40;   // dots from whose nearest neighbours the pitch is estimated
+constexpr double WHOLE_WEIGHT = 1e-3;         // of the mean of all cells against that of three by three cells
 
 // Product of finite numbers: the operator's also handles infinite ones, at twice the time.
 Complex times(Complex a, Complex b) {
@@ -153,23 +153,23 @@ struct Pair {
     Complex step;  // px; after turn_upright real along a row or column
 };
 
-using Places = Eigen::Map<const Eigen::Array2Xd>;  // u and v, px
+using Positions = Eigen::Map<const Eigen::Array2Xd>;  // u and v, px
 
-// Width and height of the rectangle around places.
-Eigen::Array2d size_of(const Places& places) {
-    return places.rowwise().maxCoeff() - places.rowwise().minCoeff();
+// Width and height of the rectangle around positions.
+Eigen::Array2d size_of(const Positions& positions) {
+    return positions.rowwise().maxCoeff() - positions.rowwise().minCoeff();
 }
 
 // Mean values over blocks of three by three cells of the image, which dilute a single outlier.
 class CellMeans {
  public:
-    CellMeans(const Places& places, double side) : at_(places.cols()) {
-        const Eigen::Array2d size = size_of(places), corner = places.rowwise().minCoeff();
-        side = std::max(side, std::sqrt((size + side).prod() / static_cast<double>(MOST_CELLS * places.cols())));
+    CellMeans(const Positions& positions, double side) : at_(positions.cols()) {
+        const Eigen::Array2d size = size_of(positions), corner = positions.rowwise().minCoeff();
+        side = std::max(side, std::sqrt((size + side).prod() / static_cast<double>(MAX_CELLS * positions.cols())));
         columns_ = static_cast<std::ptrdiff_t>(size[0] / side) + 3;  // a margin, so that each cell has eight neighbours
         rows_ = static_cast<std::ptrdiff_t>(size[1] / side) + 3;
-        for (std::ptrdiff_t i = 0; i < places.cols(); ++i) {
-            const Eigen::Array2d cell = (places.col(i) - corner) / side;
+        for (std::ptrdiff_t i = 0; i < positions.cols(); ++i) {
+            const Eigen::Array2d cell = (positions.col(i) - corner) / side;
             at_[i] = (static_cast<std::ptrdiff_t>(cell[1]) + 1) * columns_ + static_cast<std::ptrdiff_t>(cell[0]) + 1;
         }
         clear();
@@ -215,12 +215,12 @@ class CellMeans {
 };
 
 // Median distance to the nearest other dot, px, over a sample of the dots.
-double typical_distance(const double* places, std::ptrdiff_t count) {
+double typical_distance(const double* positions, std::ptrdiff_t count) {
     std::vector<double> squares;
-    for (std::ptrdiff_t i = 0; i < count; i += std::max<std::ptrdiff_t>(count / SAMPLE, 1)) {
+    for (std::ptrdiff_t i = 0; i < count; i += std::max<std::ptrdiff_t>(count / PITCH_SAMPLE, 1)) {
         double least = std::numeric_limits<double>::infinity();
         for (std::ptrdiff_t j = 0; j < count; ++j) {
-            const double across = places[2 * j] - places[2 * i], down = places[2 * j + 1] - places[2 * i + 1];
+            const double across = positions[2 * j] - positions[2 * i], down = positions[2 * j + 1] - positions[2 * i + 1];
             least = std::min(least, j == i ? least : across * across + down * down);
         }
         squares.push_back(least);
@@ -250,14 +250,14 @@ std::vector<std::int32_t> mutual(const std::vector<Pair>& pairs, const std::vect
 
 class Search {
  public:
-    Search(const double* places, std::ptrdiff_t count) : places_(places), count_(count) {}
+    Search(const double* positions, std::ptrdiff_t count) : positions_(positions), count_(count) {}
 
     Lattice run() {
         Lattice lattice;
         if (count_ < 4 || !find_pairs()) return lattice;
         if (!find_direction(lattice.angle)) return lattice;
         turn_upright(lattice.angle);
-        CellMeans cells({places_, 2, count_}, CELL * pitch_);
+        CellMeans cells({positions_, 2, count_}, CELL_SIDE * pitch_);
         std::vector<Complex> steps[2];
         for (int axis = 0; axis < 2; ++axis) {
             if (!typical_steps(axes_[axis], cells, steps[axis])) return lattice;
@@ -273,18 +273,18 @@ class Search {
     }
 
  private:
-    Complex place(std::ptrdiff_t i) const { return {places_[2 * i], places_[2 * i + 1]}; }
+    Complex position(std::ptrdiff_t i) const { return {positions_[2 * i], positions_[2 * i + 1]}; }
 
     // Finds the pairs within reach; false if there are none, or if the dots are too far apart for a grid of their pitch.
     bool find_pairs() {
-        pitch_ = typical_distance(places_, count_);
-        const double wide = size_of({places_, 2, count_}).maxCoeff();
+        pitch_ = typical_distance(positions_, count_);
+        const double wide = size_of({positions_, 2, count_}).maxCoeff();
         if (!(pitch_ > 0) || !(pitch_ * static_cast<double>(count_) > wide)) return false;  // wider than count dots in one row
-        const auto near = near_pairs(places_, count_, REACH * pitch_);
+        const auto near = near_pairs(positions_, count_, PAIR_DISTANCE * pitch_);
         pairs_.reserve(near.size());
         for (const auto& [i, j] : near) {
-            const Complex step = place(j) - place(i);
-            if (std::norm(step) < REACH * REACH * pitch_ * pitch_) pairs_.push_back({i, j, step});
+            const Complex step = position(j) - position(i);
+            if (std::norm(step) < PAIR_DISTANCE * PAIR_DISTANCE * pitch_ * pitch_) pairs_.push_back({i, j, step});
         }
         return !pairs_.empty();
     }
@@ -295,13 +295,13 @@ class Search {
         double weight = 0;
         for (const Pair& pair : pairs_) {
             const double square = std::norm(pair.step);
-            if (!(square < LOCAL * LOCAL * pitch_ * pitch_)) continue;
+            if (!(square < DIRECTION_DISTANCE * DIRECTION_DISTANCE * pitch_ * pitch_)) continue;
             const double near = std::exp(-square / (pitch_ * pitch_));
             const Complex twice = times(pair.step, pair.step);
             total += times(twice, twice) * (near / std::max(square * square, 1e-24));
             weight += near;
         }
-        if (std::abs(total) < COHERENCE * weight) return false;
+        if (std::abs(total) < MIN_COHERENCE * weight) return false;
         angle = std::arg(total) / 4;
         return true;
     }
@@ -328,13 +328,13 @@ class Search {
         std::vector<double> cost(pairs.size());
         for (std::size_t k = 0; k < pairs.size(); ++k) {
             const double along = pairs[k].step.real(), across = pairs[k].step.imag();
-            cost[k] = along * along + SLOPE * across * across;
+            cost[k] = along * along + ACROSS_WEIGHT * across * across;
         }
-        const std::vector<std::int32_t> chosen = mutual(pairs, cost, count_);
+        const std::vector<std::int32_t> best_pairs = mutual(pairs, cost, count_);
         cells.clear();
-        for (const std::int32_t k : chosen) cells.add(pairs[k].from, pairs[k].step);
+        for (const std::int32_t k : best_pairs) cells.add(pairs[k].from, pairs[k].step);
         steps = cells.means();
-        return chosen.size() >= 2;
+        return best_pairs.size() >= 2;
     }
 
     // Each dot's next dot along the axis, -1 for none: the mutually best pairs within the tolerance of the local mean step.
@@ -350,7 +350,7 @@ class Search {
         return next;
     }
 
-    const double* places_;
+    const double* positions_;
     const std::ptrdiff_t count_;
     double pitch_ = 0;
     std::vector<Pair> pairs_, axes_[2];  // along rows, along columns
@@ -359,14 +359,14 @@ class Search {
 // Row and column are locally nearly linear in image position. A linear fit to the nearest indexed dots predicts the index of a dot without
 // one. A prediction far from a whole number, or with a high leverage, is rejected. This repeats until no dot is added.
 
-constexpr std::size_t NEAREST = 8;    // indexed dots in a fit. Chosen
-constexpr std::size_t FEWEST = 4;     // of them: one more than a plane has unknowns
-constexpr double GROWTH_REACH = 2.9;  // pitches, dots further away are excluded. Chosen
+constexpr std::size_t MAX_MEMBERS = 8;   // indexed dots in a fit
+constexpr std::size_t MIN_MEMBERS = 4;   // of them: one more than a plane has unknowns
+constexpr double MEMBER_DISTANCE = 2.9;  // pitches, dots further away are excluded
 constexpr double LEVERAGES[] = {1.0,
-                                3.0};  // largest variance of a prediction per variance of a dot: the second only if the first adds none
-constexpr double BENT = 0.15;          // rows, largest RMS residual of a fit. Chosen
-constexpr double OFF = 0.25;           // rows, largest distance of a prediction from a whole number. Chosen
-constexpr double RIDGE = 1e-6;         // of the normal equations: keeps collinear dots solvable
+                                3.0};     // largest variance of a prediction per variance of a dot: the second only if the first adds none
+constexpr double MAX_RESIDUAL = 0.15;     // rows, largest RMS residual of a fit
+constexpr double MAX_INDEX_ERROR = 0.25;  // rows, largest distance of a prediction from a whole number
+constexpr double RIDGE = 1e-6;            // of the normal equations: keeps collinear dots solvable
 
 using Node = std::pair<std::int64_t, std::int64_t>;
 
@@ -377,8 +377,8 @@ struct Prediction {
 
 class Growth {
  public:
-    Growth(const double* places, Lattice& lattice)
-        : places_(places),
+    Growth(const double* positions, Lattice& lattice)
+        : positions_(positions),
           count_(static_cast<std::ptrdiff_t>(lattice.member.size())),
           pitch_(lattice.pitch),
           rc_(lattice.rc),
@@ -392,20 +392,20 @@ class Growth {
  private:
     // Adds dots that fits of at most this leverage predict, at nodes that no other has or claims; returns whether any were added.
     bool wave(double leverage) {
-        if (members() <= NEAREST) return false;
-        std::vector<std::pair<std::ptrdiff_t, Node>> said;
+        if (members() <= MAX_MEMBERS) return false;
+        std::vector<std::pair<std::ptrdiff_t, Node>> predicted;
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             if (member_[i]) continue;
             const Prediction found = predict(i, leverage);
-            if (found.sure && off(found, std::rint(found.row), std::rint(found.column)) < OFF)
-                said.push_back({i, {std::llrint(found.row), std::llrint(found.column)}});
+            if (found.sure && off(found, std::rint(found.row), std::rint(found.column)) < MAX_INDEX_ERROR)
+                predicted.push_back({i, {std::llrint(found.row), std::llrint(found.column)}});
         }
         const std::vector<std::uint8_t> before(member_);
-        for (const auto& [i, place] : said) {
-            std::ptrdiff_t claims = std::count_if(said.begin(), said.end(), [&](const auto& one) { return one.second == place; });
-            for (std::ptrdiff_t j = 0; j < count_; ++j) claims += before[j] && rc_[2 * j] == place.first && rc_[2 * j + 1] == place.second;
+        for (const auto& [i, index] : predicted) {
+            std::ptrdiff_t claims = std::count_if(predicted.begin(), predicted.end(), [&](const auto& one) { return one.second == index; });
+            for (std::ptrdiff_t j = 0; j < count_; ++j) claims += before[j] && rc_[2 * j] == index.first && rc_[2 * j + 1] == index.second;
             if (claims > 1) continue;
-            rc_[2 * i] = place.first, rc_[2 * i + 1] = place.second;
+            rc_[2 * i] = index.first, rc_[2 * i + 1] = index.second;
             member_[i] = 1;
         }
         return member_ != before;
@@ -420,14 +420,14 @@ class Growth {
     // The nearest members within reach of dot i, itself excepted, nearest first.
     void find_near(std::ptrdiff_t i) {
         near_.clear();
-        const double u = places_[2 * i], v = places_[2 * i + 1], reach = GROWTH_REACH * pitch_;
+        const double u = positions_[2 * i], v = positions_[2 * i + 1], reach = MEMBER_DISTANCE * pitch_;
         for (std::ptrdiff_t j = 0; j < count_; ++j) {
-            const double across = places_[2 * j] - u, down = places_[2 * j + 1] - v;
+            const double across = positions_[2 * j] - u, down = positions_[2 * j + 1] - v;
             if (std::abs(across) >= reach || std::abs(down) >= reach || !member_[j] || j == i) continue;
             const double square = across * across + down * down;
             if (square < reach * reach) near_.push_back({square, j});
         }
-        const std::size_t kept = std::min(near_.size(), NEAREST);
+        const std::size_t kept = std::min(near_.size(), MAX_MEMBERS);
         std::partial_sort(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(kept), near_.end());
         near_.resize(kept);
     }
@@ -435,28 +435,28 @@ class Growth {
     // Row and column at dot i by a plane through its neighbours' indices, relative to the nearest one's, which the ridge hardly biases.
     Prediction predict(std::ptrdiff_t i, double leverage) {
         find_near(i);
-        if (near_.size() < FEWEST) return {};
+        if (near_.size() < MIN_MEMBERS) return {};
         const std::int64_t* origin = &rc_[2 * near_[0].second];
-        Eigen::Vector3d terms[NEAREST];
-        Eigen::RowVector2d index[NEAREST];
+        Eigen::Vector3d terms[MAX_MEMBERS];
+        Eigen::RowVector2d index[MAX_MEMBERS];
         Eigen::Matrix3d square = RIDGE * Eigen::Matrix3d::Identity();
         Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
         for (std::size_t n = 0; n < near_.size(); ++n) {
             const std::ptrdiff_t j = near_[n].second;
-            terms[n] << 1, (places_[2 * j] - places_[2 * i]) / pitch_, (places_[2 * j + 1] - places_[2 * i + 1]) / pitch_;
+            terms[n] << 1, (positions_[2 * j] - positions_[2 * i]) / pitch_, (positions_[2 * j + 1] - positions_[2 * i + 1]) / pitch_;
             for (int axis = 0; axis < 2; ++axis) index[n][axis] = static_cast<double>(rc_[2 * j + axis] - origin[axis]);
             square += terms[n] * terms[n].transpose(), right += terms[n] * index[n];
         }
         const Eigen::Matrix3d inverse = square.inverse();
         const Eigen::Matrix<double, 3, 2> fit = inverse * right;
-        double rest = 0;
-        for (std::size_t n = 0; n < near_.size(); ++n) rest += (terms[n].transpose() * fit - index[n]).squaredNorm();
-        rest /= static_cast<double>(std::max<std::size_t>(near_.size(), 4) - 3);
-        return {inverse(0, 0) < leverage && rest < 2 * BENT * BENT, fit(0, 0) + static_cast<double>(origin[0]),
+        double residual = 0;
+        for (std::size_t n = 0; n < near_.size(); ++n) residual += (terms[n].transpose() * fit - index[n]).squaredNorm();
+        residual /= static_cast<double>(std::max<std::size_t>(near_.size(), 4) - 3);
+        return {inverse(0, 0) < leverage && residual < 2 * MAX_RESIDUAL * MAX_RESIDUAL, fit(0, 0) + static_cast<double>(origin[0]),
                 fit(0, 1) + static_cast<double>(origin[1])};
     }
 
-    const double* places_;
+    const double* positions_;
     const std::ptrdiff_t count_;
     const double pitch_;
     std::vector<std::int64_t>& rc_;
@@ -466,13 +466,13 @@ class Growth {
 
 }  // namespace
 
-Lattice find_lattice(const double* places, std::ptrdiff_t count) {
-    Lattice lattice = Search(places, count).run();
+Lattice find_lattice(const double* positions, std::ptrdiff_t count) {
+    Lattice lattice = Search(positions, count).run();
     if (!lattice.found) {
         lattice.rc.assign(2 * count, 0);
         lattice.member.assign(count, 0);
     } else if (std::count(lattice.member.begin(), lattice.member.end(), 0)) {
-        Growth(places, lattice).run();
+        Growth(positions, lattice).run();
     }
     return lattice;
 }

@@ -17,8 +17,8 @@ struct Lattice {
     double pitch = 0;  // px
 };
 
-// Finds neighbours and indices of dots at places (count, 2), px, all finite, by links and, over gaps, by extrapolation. Of the
+// Finds neighbours and indices of dots at positions (count, 2), px, all finite, by links and, over gaps, by extrapolation. Of the
 // four possible directions of rows, the one within 45 degrees of u is returned.
-Lattice find_lattice(const double* places, std::ptrdiff_t count);
+Lattice find_lattice(const double* positions, std::ptrdiff_t count);
 
 }  // namespace tactile

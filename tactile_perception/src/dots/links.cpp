@@ -13,13 +13,13 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t NEIGHBOURS = 8;  // of a track: a square grid has as many within one step
-constexpr double GATE = 0.7;           // spacings from its expected position, within which a track's dot is searched: half a diagonal
-constexpr double MAX_STRAIN = 0.5;     // difference of neighbours' displacements over their distance: beyond it they may be exchanged
-constexpr double MOTION_SIGMA = 0.2;   // spacings, of the common motion between two frames about a prediction: a prior
-const double UNEXPLAINED = std::log(20);   // nats: one of 20 dots is missed in a frame, or false
-const double RELEASED = std::log(1e6);     // nats: one of a million frames shows the end of a press that the frame before shows in full
-const double CONTRADICTED = std::log(1e4); // nats: an answer that is less probable by so much contradicts no link
+constexpr std::size_t NEIGHBOURS = 8;       // of a track: a square grid has as many within one step
+constexpr double GATE = 0.7;                // spacings from its expected position, within which a track's dot is searched: half a diagonal
+constexpr double MAX_STRAIN = 0.5;          // difference of neighbours' displacements over their distance: beyond it they may be exchanged
+constexpr double MOTION_SIGMA = 0.2;        // spacings, of the common motion between two frames about a prediction: a prior
+const double UNEXPLAINED = std::log(20);    // nats: one of 20 dots is missed in a frame, or false
+const double RELEASED = std::log(1e6);      // nats: one of a million frames shows the end of a press that the frame before shows in full
+const double CONTRADICTED = std::log(1e4);  // nats: an answer that is less probable by so much contradicts no link
 constexpr double INFINITE = std::numeric_limits<double>::infinity();
 
 double median(std::vector<double> values) {
@@ -118,8 +118,8 @@ class TrackLinker {
                                     [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
         };
         auto best = cheapest();
-        const double motion = MOTION_SIGMA * std::sqrt(2 * surprise(best->position));  // spacings, from the nearest prediction
-        const double of_others = std::pow((1 - std::min(motion, 1.0)) / MOTION_SIGMA, 2) / 2;  // least of any that differs by a spacing
+        const double motion = MOTION_SIGMA * std::sqrt(2 * surprise(best->position));          // spacings, from the nearest prediction
+        const double of_others = std::pow((1 - std::min(motion, 1.0)) / MOTION_SIGMA, 2) / 2;  // smallest of any that differs by a spacing
         if (best->cost + CONTRADICTED > of_others) {
             const auto middle = static_cast<Eigen::Index>(middle_track());
             for (const std::int32_t j : neighbour_[static_cast<std::size_t>(middle)]) {
@@ -149,10 +149,10 @@ class TrackLinker {
             if (tracks_.seen[i]) mean += last_.col(static_cast<Eigen::Index>(i)), ++count;
         mean /= std::max(count, 1.0);
         std::size_t middle = 0;
-        double least = INFINITE;
+        double smallest = INFINITE;
         for (std::size_t i = 0; i < tracks_.seen.size(); ++i) {
             const double square = (last_.col(static_cast<Eigen::Index>(i)) - mean).squaredNorm();
-            if (tracks_.seen[i] && square < least) least = square, middle = i;
+            if (tracks_.seen[i] && square < smallest) smallest = square, middle = i;
         }
         return middle;
     }
@@ -172,17 +172,17 @@ class TrackLinker {
         return best;
     }
 
-    // The dot of each track of which it is the nearest, and the other way round.
+    // The dot of each track of which it is the nearest, where that track is also nearest to the dot.
     std::vector<std::int32_t> nearest(const Positions& expected) const {
         const std::size_t count = tracks_.seen.size(), dots = static_cast<std::size_t>(dots_.cols());
         std::vector<std::int32_t> dot(count, -1), track(dots, -1);
-        std::vector<double> least(dots, INFINITE);
+        std::vector<double> smallest(dots, INFINITE);
         for (std::size_t i = 0; i < count; ++i) {
             double nearest = INFINITE;
             cells_.within(expected.col(static_cast<Eigen::Index>(i)), GATE * spacing_, [&](Eigen::Index j, double square) {
                 const auto n = static_cast<std::size_t>(j);
                 if (square < nearest) nearest = square, dot[i] = static_cast<std::int32_t>(j);
-                if (square < least[n]) least[n] = square, track[n] = static_cast<std::int32_t>(i);
+                if (square < smallest[n]) smallest[n] = square, track[n] = static_cast<std::int32_t>(i);
             });
         }
         for (std::size_t i = 0; i < count; ++i)
@@ -253,9 +253,7 @@ class TrackLinker {
         return found;
     }
 
-    bool is_inside(const Vector2d& p) const {
-        return (p.array() > spacing_ / 2).all() && (p.array() < size_.array() - spacing_ / 2).all();
-    }
+    bool is_inside(const Vector2d& p) const { return (p.array() > spacing_ / 2).all() && (p.array() < size_.array() - spacing_ / 2).all(); }
 
     // How many tracks and dots without a link are half a spacing and more within the image, now and in the last frame.
     std::ptrdiff_t unexplained(const Hypothesis& answer) const {
@@ -277,7 +275,7 @@ class TrackLinker {
 
     // Nats against the motion of the tracks to these positions, by the prediction that it fits best.
     double surprise(const Positions& position) const {
-        double least = INFINITE;
+        double smallest = INFINITE;
         for (const auto& [expected, cost] :
              {std::pair(&tracks_.predicted, 0.0), std::pair(&tracks_.last, 0.0), std::pair(&tracks_.first, RELEASED)}) {
             std::vector<double> squares;
@@ -286,9 +284,9 @@ class TrackLinker {
                 if (tracks_.seen[i]) squares.push_back((position.col(k) - expected->col(k)).squaredNorm());
             }
             const double sigma = MOTION_SIGMA * spacing_;
-            least = std::min(least, cost + median(squares) / (2 * sigma * sigma));
+            smallest = std::min(smallest, cost + median(squares) / (2 * sigma * sigma));
         }
-        return least;
+        return smallest;
     }
 
     // How many seen tracks without a link have a dot without one within a spacing.
@@ -310,9 +308,9 @@ class TrackLinker {
     const TracksBefore& tracks_;
     const Positions &last_, &dots_;
     const Vector2d size_;
-    const Cells cells_;                                  // of the dots
-    std::vector<std::vector<std::int32_t>> neighbour_;   // of each track, nearest first
-    Eigen::ArrayXd pitch_;                               // px, of each track to its nearest neighbour
+    const Cells cells_;                                 // of the dots
+    std::vector<std::vector<std::int32_t>> neighbour_;  // of each track, nearest first
+    Eigen::ArrayXd pitch_;                              // px, of each track to its nearest neighbour
     double spacing_ = 0;
 };
 

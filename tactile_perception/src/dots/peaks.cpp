@@ -11,11 +11,11 @@
 namespace tactile {
 namespace {
 
-constexpr double HALVED = 5.0;  // px: dots from this diameter on are searched in an image of half the size
+constexpr double MIN_HALVED_DIAMETER = 5.0;  // px: dots from this diameter on are searched in an image of half the size
 // Lowest peak: of the contrast, which admits a small dot in a third of the light; of the noise; grey levels.
-constexpr double WEAKEST = 0.14, ABOVE_NOISE = 2.0, LEAST = 2.0;
-constexpr double SMOOTHED = 0.4, FARTHEST_SMOOTHED = 5;  // diameters, and px, over which the image is smoothed to each side
-constexpr double AROUND = 1.1;                           // diameters, to each side, of the square around
+constexpr double MIN_CONTRAST_SHARE = 0.14, MIN_NOISE_SIGMAS = 2.0, MIN_HEIGHT = 2.0;
+constexpr double SMOOTHING = 0.4, MAX_SMOOTHING = 5;  // diameters, and px, over which the image is smoothed to each side
+constexpr double GROUND_HALF_SIDE = 1.1;              // diameters, to each side, of the square around
 
 // Sums of step x step pixels, in rows with margins, into which the outermost ones are repeated.
 struct Sums {
@@ -93,11 +93,12 @@ TACTILE_WIDE void mark_peaks(const float* row, std::ptrdiff_t columns, float low
 }  // namespace
 
 std::vector<double> find_peaks(const Image& image, const DotLook& look) {
-    const std::ptrdiff_t step = look.typical >= HALVED ? 2 : 1;
+    const std::ptrdiff_t step = look.typical >= MIN_HALVED_DIAMETER ? 2 : 1;
     const double across = look.typical / static_cast<double>(step), level = static_cast<double>(step * step);  // px; a grey level
-    const auto half = static_cast<std::ptrdiff_t>(std::clamp(SMOOTHED * across, 1.0, FARTHEST_SMOOTHED));
-    const auto reach = static_cast<std::ptrdiff_t>(AROUND * across) + 1;
-    const double lowest = std::max({WEAKEST * std::abs(look.contrast), ABOVE_NOISE * look.noise / static_cast<double>(step), LEAST});
+    const auto half = static_cast<std::ptrdiff_t>(std::clamp(SMOOTHING * across, 1.0, MAX_SMOOTHING));
+    const auto reach = static_cast<std::ptrdiff_t>(GROUND_HALF_SIDE * across) + 1;
+    const double lowest =
+        std::max({MIN_CONTRAST_SHARE * std::abs(look.contrast), MIN_NOISE_SIGMAS * look.noise / static_cast<double>(step), MIN_HEIGHT});
     std::vector<double> found;
     if (image.rows < 3 * step || image.columns < 3 * step) return found;
     const Sums sums = sums_of(image, step, std::max(half, reach));
@@ -108,9 +109,9 @@ std::vector<double> find_peaks(const Image& image, const DotLook& look) {
         mark_peaks(row, sums.columns, static_cast<float>(lowest * level), peak.data());
         for (auto at = peak.begin(); (at = std::find(at, peak.end(), 1)) != peak.end(); ++at) {
             const float* top = row + (at - peak.begin());
-            const auto add = [&](std::ptrdiff_t place, std::ptrdiff_t next) {  // the vertex of the parabola through three neighbours
+            const auto add = [&](std::ptrdiff_t pixel, std::ptrdiff_t next) {  // the vertex of the parabola through three neighbours
                 const double rise = top[next] - top[-next], bend = std::max(2.0 * *top - top[next] - top[-next], level);
-                found.push_back((static_cast<double>(place) + std::clamp(rise / (2 * bend), -1.0, 1.0) + 0.5) * static_cast<double>(step) -
+                found.push_back((static_cast<double>(pixel) + std::clamp(rise / (2 * bend), -1.0, 1.0) + 0.5) * static_cast<double>(step) -
                                 0.5);
             };
             add(top - row, 1), add(r, sums.columns);

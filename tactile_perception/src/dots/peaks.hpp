@@ -9,8 +9,8 @@
 
 namespace tactile {
 
-// Candidates for dots: places u, v, u, v, ..., px, of peaks of the smoothed image above the mean of a square around. The fit rejects those
-// that are none.
+// Candidates for dots: positions u, v, u, v, ..., px, of peaks of the smoothed image above the mean of a square around each. The fit
+// rejects those that are no dots.
 std::vector<double> find_peaks(const Image& image, const DotLook& look);
 
 }  // namespace tactile

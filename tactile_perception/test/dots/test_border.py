@@ -42,7 +42,7 @@ CALLS = {
     'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'link_tracks': (lambda **arrays: arrays_of(dots.link_tracks(**TRACKS | arrays, size=(300.0, 200.0)), 'dot', 'position'), TRACKS),
     'deviation': (lambda **arrays: list(dots.deviation(**MOVED | arrays)), MOVED),
-    'find_lattice': (lambda places=UV: arrays_of(dots.find_lattice(places), 'rc', 'member'), {'places': UV}),
+    'find_lattice': (lambda positions=UV: arrays_of(dots.find_lattice(positions), 'rc', 'member'), {'positions': UV}),
 }
 
 
