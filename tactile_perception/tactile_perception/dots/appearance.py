@@ -49,13 +49,16 @@ _LEVELS = 20, 50, 80, 95  # percent of the discs' contrasts, tried as that of th
 _SIGMA, _RANGE, _ODD, _ODD_SIGMAS = 0.25, 2 * np.log(2), 0.01, 3.0
 _NEIGHBOURS, _IN_LINE = 4, 0.2  # of a dot, with which a third dot makes an equally spaced line, within so much of the distance
 _CHANCE, _MAX_REGULAR = 0.2, 0.95  # share of neighbours with such a third dot: in any image, and the most that is assumed of a print
-_MAX_SQUARENESS = 0.68  # of a pattern's blobs: dots of other makers have up to 0.56, holes of a mesh and fields of a chessboard from 0.8
+# Holes of a mesh and fields of a chessboard: squareness from 0.7, wires thinner than the holes. Dots have up to 0.2; markers that are cut,
+# or dots of 6 px in a binary image, have up to 0.9, but are farther apart.
+_MAX_SQUARENESS, _MESH_PITCH = 0.68, 2.0  # the second in diameters
 _GREY_GAIN = 1.25  # of the noise of one channel over that of the mean of three that depend on each other a little
 MIN_LOG_ODDS = 13.0  # of which 3 pay for the sizes, signs, channels and contrasts that are tried
 
 LARGEST_FITTED = 14.0  # px: larger dots are fitted in a reduced image, which bounds the time
 _SAMPLE = 120  # dots from which blur and sizes are measured: bounds the time
-_STEPS = 5  # of their fit
+_STEPS = 4  # of their fit
+_MARGIN = 3.5  # px outside a dot's edge that the fit uses
 _BLUR, _MIN_BLUR = 0.9, 0.5  # px, start and bound: from a sharper edge, binary images too, the steps of a fit do not converge
 _MIN_FITTED = 1.5  # px, diameter
 _DAMPING = 0.1  # of the steps of diameter and blur, which look alike in dots of 3 px
@@ -121,6 +124,11 @@ class Pattern:
     uv: np.ndarray
     regular: float
 
+    @property
+    def pitch(self) -> float:
+        """Median distance to the nearest disc, px."""
+        return float(np.median(Neighbours(self.uv).query(self.uv, 2)[0][:, 1]))
+
     def __str__(self) -> str:
         kind, spacing = 'bright' if self.sign > 0 else 'dark', 'regular' if self.regular > 2 * _CHANCE else 'irregular'
         return f'{len(self.uv)} {kind} blobs of {self.diameter:.0f} px with {spacing} spacing'
@@ -157,9 +165,11 @@ def find_pattern(image: np.ndarray, signs: tuple[int, ...]) -> Pattern:
         raise BadFrame(f'no pattern of {asked}dots: {seen}; is this a sensor without markers? Check light, focus and the parameters '
                        'polarity and mask')
     best = _in_best_channel(image, colours, best)
-    if best.diameter >= _SHAPED and (squareness := _squareness(select_channel(image, best.channel), best)) > _MAX_SQUARENESS:
-        raise BadFrame(f'no pattern of dots: {best}, nearer to squares than to discs (0 for discs, 1 for squares: {squareness:.2f}); '
-                       'is this a sensor without markers? Check the parameters polarity and mask')
+    if best.diameter >= _SHAPED and best.pitch <= _MESH_PITCH * best.diameter:
+        squareness = _squareness(select_channel(image, best.channel), best)
+        if squareness > _MAX_SQUARENESS:
+            raise BadFrame(f'no pattern of dots: {best}, nearer to squares than to discs (0 for discs, 1 for squares: {squareness:.2f}), '
+                           'as in a mesh; is this a sensor without markers? Check the parameters polarity and mask')
     return best
 
 
@@ -434,7 +444,7 @@ def describe_dots(image: np.ndarray, pattern: Pattern, worn: bool = True) -> App
     grey, step = select_channel(image, pattern.channel), int(np.ceil(pattern.diameter / LARGEST_FITTED))
     noise, grey = _noise(grey) / step, shrink(grey, step)
     typical, uv = pattern.diameter / step, (pattern.uv + 0.5) / step - 0.5
-    half = int(np.ceil(0.75 * typical + 2.5))
+    half = int(np.ceil(typical / 2 + _MARGIN))
     middle = np.rint(uv).astype(int)
     inside = ((middle >= half) & (middle < np.array(grey.shape[::-1]) - half)).all(axis=1)
     sample = np.flatnonzero(inside)
@@ -443,6 +453,7 @@ def describe_dots(image: np.ndarray, pattern: Pattern, worn: bool = True) -> App
         raise BadFrame(f'too few dots: {pattern}, of which {len(sample)} are whole; check that the camera sees the sensor')
     middle, start = middle[sample], (uv - middle)[sample]
     y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
+    y, x = np.compress(np.hypot(x, y) < half + 0.5, (y, x), axis=1)
     pixels = grey[middle[:, 1, None] + y, middle[:, 0, None] + x].astype(float)
     position, blur, diameter = start, _BLUR, np.full(len(sample), typical)
     for _ in range(_STEPS):

@@ -13,7 +13,6 @@ from tactile_driver.plugins import PluginTable
 
 from .. import _core
 from ..common.dots import Dots
-from ..common.neighbours import Neighbours
 from ..common.statistics import upper_median
 from ..core.errors import BadArgument, BadFrame, by_name
 from .appearance import MIN_CONTRAST, Appearance, discs_at, find_pattern, measure_appearance, select_channel, shrink
@@ -148,10 +147,9 @@ def _measure_markers(image, sign) -> BlobFinder:
     """Finder of markers like those of an image. Raises BadFrame without a pattern."""
     pattern = find_pattern(image, (sign,))
     discs = discs_at(select_channel(image, pattern.channel), sign, pattern.uv, pattern.diameter)
-    pitch = float(np.median(Neighbours(pattern.uv).query(pattern.uv, 2)[0][:, 1]))
     step = 2 if pattern.diameter >= _SMALLEST_SEGMENTED else 1
     threshold = max(_LOWEST * float(np.median(discs.amplitude)), MIN_CONTRAST)
-    box = int(_PER_PITCH * pitch / step) // 2 * 2 + 1
+    box = int(_PER_PITCH * pattern.pitch / step) // 2 * 2 + 1
     return BlobFinder(sign, pattern.channel, step, box, threshold, np.pi / 4 * (pattern.diameter / step)**2)
 
 

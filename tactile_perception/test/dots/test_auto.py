@@ -234,6 +234,11 @@ def test_coins_in_rows_are_a_pattern_of_dots():
     assert len(DotDetector('any', 'auto').detect(cv2.imread(str(folder / 'coins.png')))) == 24
 
 
+@pytest.mark.parametrize('side, pitch', [(7, 18), (10, 26)])
+def test_markers_that_are_cut_as_squares_are_a_pattern_of_dots(side, pitch):
+    assert 80 < len(DotDetector('any', 'auto').detect(mesh(pitch, side, 60, 0.3))) < 240
+
+
 @pytest.mark.parametrize('blur', [0.6, 2.0])
 @pytest.mark.parametrize('quality', [95, 40])
 def test_a_strainer_that_is_out_of_focus_or_compressed_is_refused(blur, quality):
