@@ -10,7 +10,9 @@ of a rectangle that fills the image after an oblique view is corrected. The figu
 repositories, with their authors' own corrections of the view, scales and radii: siyuandong16/gelsight_heightmap_reconstruction
 (illumination_calib/Dots1 with python_version/abe_corr.npz, as above) and wyh5625/gelsight (data/calibration2, 'cal-*.jpg' bg-0.jpg
 --ball 2.42 --scale 0.1 --corners 33 58 208 61 56 250 185 244, the radius as in 2_dataset.py until the commit 0b2946c, which was written
-for these images; data/calibration, 'ball-*.jpg'; data/calibration5, which has no dots, with --every 12).
+for these images; data/calibration, 'ball-*.jpg'; data/calibration5, which has no dots, with --every 12); and of
+RuihanGao/16741-Proj-ShapeMap3D-GelSightMini (Taxim/data/Gel/11_19_2023/calib_ball, 'frame_*.jpg' median --ball 2 --scale 0.08, as in its
+sensorParams.py; its image of the untouched gel shows another part of the gel, and the median of the presses takes its place).
 """
 from __future__ import annotations
 
@@ -86,11 +88,11 @@ def row(name: str, frames: list[tuple]) -> str:
 
 
 def read_images(folder: Path, pattern: str, untouched: str, corners: list[float] | None, index: Path | None,
-                every: int) -> tuple[Background, list[Press]]:
-    """The untouched gel and the presses in the images of a folder; see main."""
+                every: int) -> tuple[Background, list[Press], tuple[np.ndarray, dict[str, np.ndarray]]]:
+    """The untouched gel and the presses in the images of a folder, see main; and the images, as they are before their size is reduced."""
     undistorted = np.load(index) if index else None
 
-    def working(path: Path) -> np.ndarray:
+    def seen(path: Path) -> np.ndarray:
         image = cv2.imread(str(path))
         if undistorted is not None:
             image = image[undistorted['x'], undistorted['y']][_CLIPPED:-_CLIPPED, _CLIPPED:-_CLIPPED]
@@ -98,15 +100,17 @@ def read_images(folder: Path, pattern: str, untouched: str, corners: list[float]
             size = image.shape[1::-1]
             ends = np.float32([(0, 0), (size[0], 0), (0, size[1]), size])
             image = cv2.warpPerspective(image, cv2.getPerspectiveTransform(np.float32(corners).reshape(4, 2), ends), size)
-        return to_working_size(image)
+        return image
 
-    background, presses = Background(working(folder / untouched)), []
+    images = {path.stem: seen(path) for path in sorted(folder.glob(pattern))[::every]}
+    reference = np.median(list(images.values()), axis=0).astype(np.uint8) if untouched == 'median' else seen(folder / untouched)
+    background, presses = Background(to_working_size(reference)), []
     search = CircleSearch(background.shape)
-    for path in sorted(folder.glob(pattern))[::every]:
-        image = working(path)
-        change, hidden = background.change(image), background.hidden(image)
-        presses.append(Press(path.stem, image, change, hidden, search.find(change, hidden)))
-    return background, presses
+    for name, image in images.items():
+        working = to_working_size(image)
+        change, hidden = background.change(working), background.hidden(working)
+        presses.append(Press(name, working, change, hidden, search.find(change, hidden)))
+    return background, presses, (reference, images)
 
 
 def cap_error(depth: np.ndarray, circle: Circle, radius: float) -> tuple[float, float]:
@@ -149,9 +153,8 @@ def main() -> None:
     parser.add_argument('--every', type=int, default=1, help='of the images that are read')
     given = parser.parse_args()
     if given.images:
-        width = cv2.imread(str(Path(given.images[0], given.images[2]))).shape[1] - (2 * _CLIPPED if given.index else 0)
-        background, presses = read_images(Path(given.images[0]), *given.images[1:], given.corners, given.index, given.every)
-        scale = given.scale * width / background.shape[1]
+        background, presses, (untouched, _) = read_images(Path(given.images[0]), *given.images[1:], given.corners, given.index, given.every)
+        scale = given.scale * untouched.shape[1] / background.shape[1]
         print(real(background, presses, given.ball / scale, scale))
         return
     print('| press | frames | one contact, % | depth, mm RMS | its squared error over the stated one | position, mm RMS | the same | '

@@ -170,6 +170,14 @@ class GelEstimator:
     def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
         """Contact in one frame. Raises BadFrame for too few dots whose undeformed positions are known."""
         tracks = known_dots(tracks, 'dots')
+        return self._result(tracks, self._discs(tracks, stamp_s))
+
+    def slip(self, tracks: DotTracks, stamp_s: float) -> SlipEstimate:
+        """Slip alone in one frame, of a gel with known friction. Raises BadFrame as process does."""
+        return self._slip.estimate(self._discs(known_dots(tracks, 'dots'), stamp_s))
+
+    def _discs(self, tracks: DotTracks, stamp_s: float) -> list[Disc]:
+        """The presses that explain the displacements of the dots."""
         if self._undeformed is None or not self._undeformed.shows(tracks):
             self._undeformed = UndeformedDots(tracks, self._values, self._scale, self._centre, self._focal)
         undeformed, discs = self._undeformed, []
@@ -178,7 +186,7 @@ class GelEstimator:
                 discs = undeformed.fit.solve(*undeformed.displacements(tracks), self._noise.sigma * undeformed.metres)
             except np.linalg.LinAlgError as error:
                 raise BadFrame(f'no press explains the displacements of the dots ({error}); check the dots in image_annotated') from error
-        return self._result(tracks, discs)
+        return discs
 
     def _result(self, tracks: DotTracks, discs: list[Disc]) -> GelResult:
         undeformed = self._undeformed

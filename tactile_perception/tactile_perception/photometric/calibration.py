@@ -21,6 +21,7 @@ from .surface import bend
 
 _MIN_PRESSES = 6  # for a polynomial that changes linearly over the image, and one press left out
 _INNER = 0.6  # of the found radius: certainly on the ball. The skin leaves the ball gradually, and the circle is found up to half larger
+_MAX_CIRCLE = 1.6  # radii of the ball: a circle that it makes is smaller, and is found up to half larger
 _STEEPEST = 0.85  # sine of the slope of a ball up to which its skin follows it; the camera sees no steeper one from above
 _UNLIKE = 4.0  # robust standard deviations of the logarithm of the relative error of slopes from which a press is left out
 _USUAL_SPREAD = 0.25  # standard deviation of that logarithm over good presses, at least
@@ -95,6 +96,10 @@ class BallFit:
         if len(presses) < _MIN_PRESSES:
             raise BadCalibration(f'{len(presses)} presses of a ball were found, {_MIN_PRESSES} are needed; press it at twenty positions '
                                  'all over the gel, and lift it in between')
+        found = float(np.median([press.circle.radius for press in presses]))
+        if found > _MAX_CIRCLE * radius:
+            raise BadCalibration(f'the presses make circles of {found / radius:.1f} times the radius of the ball; check the radius of the '
+                                 'ball in m, and gel.scale for the resolution of these images')
         self.presses, self.radius, self.left_out = list(presses), radius, []
         shape = presses[0].hidden.shape
         self._position = image_positions(shape)
@@ -142,6 +147,12 @@ class BallFit:
         """Error of the slopes of a press by the fit without it, relative to these slopes."""
         seen, slope = self._on_ball(k)
         return float(np.linalg.norm(seen @ self._without(k) - slope) / np.linalg.norm(slope))
+
+    @property
+    def covered(self) -> float:
+        """Share of the image between the presses."""
+        hull = cv2.convexHull(np.float32([circle[:2] for circle in self.circles]))
+        return float(cv2.contourArea(hull) / self._x.size)
 
     def steepest(self) -> list[float]:
         """Slope at the edge of each circle."""
@@ -192,15 +203,16 @@ class BallFit:
         position = max(float(np.sqrt(np.mean(errors.position**2) / 2)), 0.01)
         along, squares = errors.free.sum(axis=0)
         return replace(model, depth_sigma=max(errors.depth_floor, 0.01) / width, slope_error=max(errors.relative, 1e-3),
-                       position_sigma=position / width, skirt=float(np.sqrt(along / squares)) / width)
+                       position_sigma=position / width, skirt=float(np.sqrt(along / squares)) / width, steepest=float(max(self.steepest())))
 
     def _model(self, coefficients: np.ndarray, backgrounds: list[np.ndarray]) -> DepthModel:
         """A model without errors."""
         rows, columns = self._x.shape
         size = _BACKGROUND_WIDTH, max(round(rows * _BACKGROUND_WIDTH / columns), 1)
         small = cv2.resize(np.mean(backgrounds, axis=0, dtype=np.float32), size, interpolation=cv2.INTER_AREA)
-        return DepthModel(coefficients, self._noise(), small.astype(float), 1.0, 1.0, 1.0, 1.0)
+        return DepthModel(coefficients, self._noise, small.astype(float), 1.0, 1.0, 1.0, 1.0)
 
+    @cached_property
     def _noise(self) -> np.ndarray:
         """(3, 3) covariance of averaged changes where the skin is untouched."""
         flat = [averaged(press.change * ~press.hidden[..., None])[self._outside(k, self._offsets(k)[2])][::7]

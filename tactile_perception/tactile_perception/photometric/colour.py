@@ -20,16 +20,20 @@ _RIDGE = 3e-5  # prior: variance of the noise over that of a coefficient, of fea
 
 def features(change: np.ndarray, position: np.ndarray) -> np.ndarray:
     """(N, FEATURES) float32 of changes (N, 3) of colour at image positions (N, 2), which are -1 to 1 across the width."""
-    blue, green, red = change.T
-    powers = {channel: (None, values, values * values, values * values * values) for channel, values in enumerate((blue, green, red))}
-    colour = np.empty((len(_POWERS), len(change)), np.float32)
+    powers = {channel: (None, values, values * values, values * values * values) for channel, values in enumerate(change.T)}
+    found, count = np.empty((FEATURES, len(change)), np.float32), len(_POWERS)
+    colour = found[:count]
     for row, orders in zip(colour, _POWERS):
         row[:] = 1.0
         for channel, order in enumerate(orders):
             if order:
                 row *= powers[channel][order]
     x, y = position.T
-    return np.concatenate([colour, colour * x, colour * y, *(colour[:3] * part for part in (x * x, x * y, y * y))]).T
+    for k, part in enumerate((x, y), 1):
+        np.multiply(colour, part, out=found[k * count:(k + 1) * count])
+    for k, part in enumerate((x * x, x * y, y * y)):
+        np.multiply(colour[:3], part, out=found[_LINEAR * count + 3 * k:_LINEAR * count + 3 * k + 3])
+    return found.T
 
 
 def image_positions(shape: tuple[int, int]) -> np.ndarray:

@@ -21,9 +21,12 @@ from .markers import dot_states
 from .model import SIGNIFICANT, DepthModel, Reconstruction, deeper_half
 from .observation import WORKING_WIDTH, Background, relative_change, to_working_size
 
+_FIELD_TOLERANCE = 0.06  # relative difference of the fields of two images; rows of a background are rounded by 4 % at most
 _UNTOUCHED_S = 1.0  # over which the untouched gel is averaged
 _MIN_PIXELS = 81  # of a contact, working px: the square over which changes of colour are averaged
+_FLANK_SIDE = 5  # px, side of the square whose dilation of a part of the skin shows what is around it
 _POINT_STEP = 8  # working px, from one surface point to the next
+_STEEP_ERROR = 0.5  # prior: relative standard deviation of a slope steeper than those of the calibration
 _MAX_JUMP = 0.05  # widths of the image over which a contact may move from frame to frame, from border to border
 
 
@@ -103,11 +106,18 @@ class PhotometricEstimator:
             return ''
         size = self._model.background.shape[1::-1]
         now = cv2.resize(self._background.image, size, interpolation=cv2.INTER_AREA)
-        change = float(np.sqrt(np.mean(relative_change(now, self._model.background)**2, axis=(0, 1))).max())
-        if change <= SIGNIFICANT * self._model.slope_error:
-            return ''
-        return (f'the untouched gel differs by {change:.0%} from that of the calibration: the light changed, the gel was exchanged or is '
-                'dirty, or something touched it when the reference was taken; call set_reference, or calibrate again')
+        change = relative_change(now, self._model.background)
+        overall, part = float(np.sqrt(np.mean(change**2, axis=(0, 1))).max()), np.abs(change).max(axis=2)
+        limit = SIGNIFICANT * self._model.slope_error
+        if overall > limit:
+            return (f'the untouched gel differs by {overall:.0%} from that of the calibration: the light changed, the gel was exchanged or '
+                    'is dirty, or something touched it when the reference was taken; call set_reference, or calibrate again')
+        if part.max() > limit + overall:
+            row, column = np.unravel_index(np.argmax(part), part.shape)
+            return (f'the untouched gel differs by {part.max():.0%} from that of the calibration at {(column + 0.5) / size[0]:.0%} of the '
+                    f'width and {(row + 0.5) / size[1]:.0%} of the height of the image: something touched it there when the reference was '
+                    'taken, or it is dirty; lift it and call set_reference, or clean it')
+        return ''
 
     def process(self, image: np.ndarray, stamp_s: float) -> PhotometricResult:
         """Contact in one image.
@@ -122,10 +132,12 @@ class PhotometricEstimator:
         Raises
         ------
         BadFrame
-            If the image is grey, or has not the size of those before it.
+            If the image is grey, has not the size of those before it, or shows another field than those of the calibration.
         """
         if image.ndim != 3:
             raise BadFrame('the image is grey; the shape of the gel comes from its colours: publish colour images')
+        if self._mean is None:
+            self._check_field(image)
         working = to_working_size(image)
         self._observe(working, stamp_s)
         pixel = self._scale * image.shape[1] / working.shape[1]  # m
@@ -137,7 +149,7 @@ class PhotometricEstimator:
         region = self._region(patches, depth, pixel)
         tracked = self._tracker.assign(labels, [(patch.label, patch.moments) for patch in patches],
                                        _MAX_JUMP * WORKING_WIDTH * pixel, stamp_s)
-        contacts = [replace(self._contact(patch, depth, pixel), id=one.number) for patch, one in zip(patches, tracked)]
+        contacts = [replace(self._contact(patch, depth, slope, pixel), id=one.number) for patch, one in zip(patches, tracked)]
         points = partial(self._points, depth, slope, region.dot_state, pixel)
         return PhotometricResult(region, contacts, self._wrench(patches, contacts), points, depth, touching, pixel)
 
@@ -155,16 +167,29 @@ class PhotometricEstimator:
         if self._count == 1:
             self._reconstruction = Reconstruction(self._model, self._background.shape)
 
+    def _check_field(self, image: np.ndarray) -> None:
+        """Raises BadFrame for an image that shows another field than those of the calibration."""
+        rows, columns = self._model.background.shape[:2]
+        field, known = self._scale * image.shape[1], self._model.field
+        stretched = image.shape[0] * columns / image.shape[1] / rows
+        if known and abs(field / known - 1) > _FIELD_TOLERANCE or abs(stretched - 1) > _FIELD_TOLERANCE:
+            raise BadFrame(f'the image of {image.shape[1]} x {image.shape[0]} px shows {1e3 * field:.1f} mm of the gel by gel.scale, and '
+                           f'those of the calibration show {1e3 * known:.1f} mm or have another ratio of width to height; set the camera '
+                           'to the resolution of the calibration, or gel.scale to the length that a pixel shows now')
+
     def _patches(self, touching: np.ndarray, depth: np.ndarray, pixel: float) -> tuple[list[_Patch], np.ndarray]:
         """The parts of the skin that are in contact, largest first, and their labels (H, W)."""
         count, labels, sizes, _ = cv2.connectedComponentsWithStats(touching.astype(np.uint8))
-        found, tilt = [], np.gradient(depth / pixel) if count > 1 else None
+        found = []
         for label in sorted(range(1, count), key=lambda one: -sizes[one, cv2.CC_STAT_AREA]):
             mask = labels == label
-            if sizes[label, cv2.CC_STAT_AREA] < _MIN_PIXELS:
+            if sizes[label, cv2.CC_STAT_AREA] < _MIN_PIXELS or (found and is_on_flank(depth, mask)):
                 labels[mask] = 0
                 continue
-            found.append(_Patch(label, mask, self._moments(mask, depth, pixel), _mean_normal(*(part[mask] for part in tilt))))
+            left, top, columns, rows = sizes[label, :4]
+            box = slice(max(top - 1, 0), top + rows + 1), slice(max(left - 1, 0), left + columns + 1)
+            tilt = np.gradient(depth[box] / pixel)
+            found.append(_Patch(label, mask, self._moments(mask, depth, pixel), _mean_normal(*(part[mask[box]] for part in tilt))))
         return found, labels
 
     def _moments(self, mask: np.ndarray, depth: np.ndarray, pixel: float) -> Moments:
@@ -222,12 +247,14 @@ class PhotometricEstimator:
                 found[int(kin[3] >= 0)].append(np.column_stack([xy, -depth[row, column]]))
         return found
 
-    def _contact(self, patch: _Patch, depth: np.ndarray, pixel: float) -> ContactEstimate:
+    def _contact(self, patch: _Patch, depth: np.ndarray, slope: np.ndarray, pixel: float) -> ContactEstimate:
         """The contact of a patch, without its number. It is at the centre of its deeper half."""
         deepest, centre = deeper_half(depth, patch.mask)
         position = np.append((centre - (np.array(depth.shape[::-1]) - 1) / 2) * pixel, -deepest)
         model, width = self._model, depth.shape[1] * pixel
-        covariance = np.diag([(model.position_sigma * width)**2] * 2 + [(model.depth_sigma * width)**2 + (model.slope_error * deepest)**2])
+        steep = _STEEP_ERROR * pixel * self._reconstruction.uncertain_depth(slope, patch.mask)
+        covariance = np.diag([(model.position_sigma * width)**2] * 2 + [
+            (model.depth_sigma * width)**2 + (model.slope_error * deepest)**2 + steep**2])
         is_at_edge = patch.mask[[0, -1]].any() or patch.mask[:, [0, -1]].any()
         force = self._force.force(float(depth[patch.mask].sum()) * pixel**2, patch.moments.area) if self._force else np.nan
         return ContactEstimate(0, position, patch.normal, deepest, force, covariance, AT_EDGE if is_at_edge else 0, np.zeros(0, bool))
@@ -253,3 +280,9 @@ def _mean_normal(down: np.ndarray, right: np.ndarray) -> np.ndarray:
     as the integral of slopes is."""
     normal = np.array([right.mean(), down.mean(), 1.0])
     return normal / np.linalg.norm(normal)
+
+
+def is_on_flank(depth: np.ndarray, mask: np.ndarray) -> bool:
+    """Whether the skin around a part of it is deeper than that itself: it is on the flank of another dent, and no dent of its own."""
+    around = cv2.dilate(mask.astype(np.uint8), np.ones((_FLANK_SIDE, _FLANK_SIDE), np.uint8)) > 0
+    return bool(depth[around & ~mask].max(initial=-np.inf) > depth[mask].max())

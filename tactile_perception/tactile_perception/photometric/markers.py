@@ -64,7 +64,7 @@ class PrintedDots:
             return None
         if self._layer is None:
             self._layer = GelEstimator(self._values, (np.array(shape[::-1]) - 1) / 2)
-        return self._layer.process(tracks, stamp_s).slip
+        return self._layer.slip(tracks, stamp_s)
 
 
 def dot_states(uv: np.ndarray, touching: np.ndarray, slipping_fraction: float) -> np.ndarray:

@@ -19,6 +19,8 @@ _WINDOW = 9
 #: Squared distance, in standard deviations of the averaged change, beyond which the skin has a slope: chi-squared of three colours, one
 #: false pixel in a million.
 _CHANGED = 30.7
+_MEDIAN_STEP = 4  # px, from one to the next of the pixels whose median is the depth of the untouched skin
+_DENT_SKIRTS = 2.0  # skirts beside an object, in which its dent is
 _SPECKLE = 5  # px, side of the square in which the most of the pixels decide about contact: half of a window
 #: Of the bend that the skin beside an object has in the mean: a skin that bends back by less lies on an object. A flat object has none.
 _FREE = 0.15
@@ -26,6 +28,8 @@ _FREE = 0.15
 SIGNIFICANT = 3.0
 _FITTED = {'coefficients': (FEATURES, 2), 'noise': (3, 3), 'background': (None, None, 3), 'depth_sigma': (),
            'slope_error': (), 'position_sigma': (), 'skirt': ()}
+
+_OPTIONAL = 'modulus', 'force_error', 'field', 'steepest'
 
 
 def averaged(change: np.ndarray) -> np.ndarray:
@@ -41,7 +45,7 @@ class DepthModel:
     the untouched gel, small; depth_sigma: standard deviation of the depth of an untouched skin, in widths of the image; slope_error: that
     of a depth, relative to it; position_sigma: that of a contact's position, one coordinate, in widths of the image; skirt: length, in
     widths of the image, whose square is the depth of the skin beside an object over its bend; modulus: Pa, of ForceLaw, and force_error:
-    relative standard deviation of a force; 0: unknown.
+    relative standard deviation of a force; field: m, width of what the images show; steepest: slope, of the presses; 0: unknown.
     """
 
     coefficients: np.ndarray
@@ -53,11 +57,13 @@ class DepthModel:
     skirt: float
     modulus: float = 0.0
     force_error: float = 0.0
+    field: float = 0.0
+    steepest: float = 0.0
 
     @classmethod
     def from_dict(cls, fitted: Mapping, path: str) -> DepthModel:
         """Of the fitted values of a calibration file. Raises BadCalibration for values that make no model."""
-        found = fitted_arrays(fitted, _FITTED | {name: () for name in ('modulus', 'force_error') if name in fitted}, path)
+        found = fitted_arrays(fitted, _FITTED | {name: () for name in _OPTIONAL if name in fitted}, path)
         eigenvalues = np.linalg.eigvalsh(found['noise'])
         sigmas = [found[name] for name in ('depth_sigma', 'slope_error', 'position_sigma', 'skirt')]
         if not (eigenvalues > 0).all() or not min(sigmas) > 0:
@@ -66,8 +72,8 @@ class DepthModel:
 
     def is_changed(self, change: np.ndarray) -> np.ndarray:
         """(H, W) bool: where changes (H, W, 3) of colour are more than the noise of an untouched skin."""
-        white = averaged(change) @ np.linalg.inv(np.linalg.cholesky(self.noise)).T.astype(np.float32)
-        return np.einsum('hwc,hwc->hw', white, white) > _CHANGED
+        white = cv2.transform(averaged(change), np.linalg.inv(np.linalg.cholesky(self.noise)).astype(np.float32))
+        return cv2.transform(white * white, np.ones((1, 3), np.float32)) > _CHANGED
 
 
 class Reconstruction:
@@ -87,7 +93,7 @@ class Reconstruction:
         hidden : ndarray of bool, shape (H, W)
             Pixels that show no skin.
         """
-        changed = self._model.is_changed(np.where(hidden[..., None], 0, change) if hidden.any() else change)
+        changed = self._model.is_changed(cv2.copyTo(change, (~hidden).view(np.uint8), np.zeros_like(change)) if hidden.any() else change)
         slope = np.zeros((*changed.shape, 2), np.float32)
         if not changed.any():
             return slope[..., 0], slope, changed
@@ -95,8 +101,9 @@ class Reconstruction:
         slope[seen] = features(change[seen], self._position[seen]) @ self._coefficients
         slope = fill_hidden(slope, hidden & changed)
         depth = self._integrator.depth(slope)
-        untouched = ~changed
-        return depth - np.float32(np.median(depth[untouched] if untouched.any() else depth)), slope, changed
+        some = depth[::_MEDIAN_STEP, ::_MEDIAN_STEP], changed[::_MEDIAN_STEP, ::_MEDIAN_STEP]
+        untouched = some[0][~some[1]]
+        return depth - np.float32(np.median(untouched if len(untouched) else depth)), slope, changed
 
     def touching(self, depth: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """(H, W) bool: where the skin lies on an object. It is dented by more than the noise, and than the error of the dent that it is in,
@@ -115,6 +122,18 @@ class Reconstruction:
         found = np.zeros(depth.shape, bool)
         found[near] = cv2.medianBlur((lies & dented[near]).astype(np.uint8), _SPECKLE) > 0
         return found
+
+    def uncertain_depth(self, slope: np.ndarray, mask: np.ndarray) -> float:
+        """Depth in px that a contact, (H, W) bool, has by slopes beside it that are steeper than those of the calibration: their sum over
+        the length of its border."""
+        if not self._model.steepest:
+            return 0.0
+        steep = cv2.magnitude(slope[..., 0], slope[..., 1]) > self._model.steepest
+        if not steep.any():
+            return 0.0
+        side = 2 * round(_DENT_SKIRTS * self._model.skirt * mask.shape[1]) + 1
+        steep &= cv2.dilate(mask.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))) > 0
+        return float(np.hypot(*slope[steep].T).sum() / np.sqrt(4 * np.pi * np.count_nonzero(mask)))
 
 
 def deeper_half(depth: np.ndarray, mask: np.ndarray) -> tuple[float, np.ndarray]:

@@ -30,7 +30,7 @@ def relative_change(image: np.ndarray, reference: np.ndarray) -> np.ndarray:
 
 def ink(image: np.ndarray) -> np.ndarray:
     """(H, W) bool: pixels of a working image that printed markers darken, with a border of one pixel."""
-    grey = image.mean(axis=2)
+    grey = cv2.transform(image, np.full((1, 3), 1 / 3, np.float32))
     side = int(_MARKER_NEIGHBOURHOOD * image.shape[1]) | 1
     around = cv2.medianBlur(np.clip(grey, 0, 255).astype(np.uint8), side)
     return cv2.dilate((grey < _MARKER_BRIGHTNESS * around).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0

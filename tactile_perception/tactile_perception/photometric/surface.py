@@ -19,12 +19,17 @@ _FILLED_PX = 2.0  # standard deviation of the weights with which pixels around a
 
 def fill_hidden(slope: np.ndarray, hidden: np.ndarray) -> np.ndarray:
     """Slopes (H, W, 2) with hidden pixels, (H, W) bool, filled in by the mean of the pixels around them."""
-    if not hidden.any():
+    left, top, columns, rows = cv2.boundingRect(hidden.astype(np.uint8))
+    if not columns:
         return slope
-    weight = np.where(hidden, np.float32(0), np.float32(1))
-    around = cv2.GaussianBlur(slope * weight[..., None], (0, 0), _FILLED_PX) / np.maximum(
+    margin = round(4 * _FILLED_PX)
+    near = tuple(slice(max(first - margin, 0), first + size + margin) for first, size in ((top, rows), (left, columns)))
+    weight = np.where(hidden[near], np.float32(0), np.float32(1))
+    around = cv2.GaussianBlur(slope[near] * weight[..., None], (0, 0), _FILLED_PX) / np.maximum(
         cv2.GaussianBlur(weight, (0, 0), _FILLED_PX), 1e-3)[..., None]
-    return np.where(hidden[..., None], around, slope)
+    filled = slope.copy()
+    filled[near][hidden[near]] = around[hidden[near]]
+    return filled
 
 
 def bend(slope: np.ndarray) -> np.ndarray:

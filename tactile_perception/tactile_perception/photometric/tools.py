@@ -30,6 +30,7 @@ from .parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS, SENSOR
 from .stage import PhotometricStage
 
 _UNTOUCHED_S = 1.0  # at the start of a recording
+_MIN_COVERED_SHARE = 0.25  # of the image between the presses, below which the report asks for more; twenty all over a gel cover 40 %
 
 
 def calibrate_balls(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
@@ -65,7 +66,7 @@ def calibrate_balls(bags: list[Path], params: Path, output: Path, namespace: str
     pixel = values['gel.scale'] * width / backgrounds[0].shape[1]  # m, of a working image
     fit = BallFit(presses, sphere_radius / pixel)
     left_out += fit.left_out
-    presses, model, errors = fit.presses, fit.model(backgrounds), fit.errors
+    presses, model, errors = fit.presses, replace(fit.model(backgrounds), field=values['gel.scale'] * width), fit.errors
     draw_circles(output.with_name(output.stem + '_circles.png'), fit)
     position = 1e3 * pixel * np.array([circle[:2] for circle in fit.circles])
     away = np.linalg.norm(errors.position, axis=1)
@@ -74,12 +75,16 @@ def calibrate_balls(bags: list[Path], params: Path, output: Path, namespace: str
     millimetres = {f'{name}_rms_mm': 1e3 * pixel * float(np.sqrt(np.mean(value**2))) for name, value in
                    (('depth', errors.depth), ('position', away), ('untouched', errors.untouched))}
     content = CalibrationFile(
-        SENSOR, {'noise': 'squared relative change'} | dict.fromkeys(('depth_sigma', 'position_sigma', 'skirt'), 'widths of the image'),
+        SENSOR, {'noise': 'squared relative change'} | dict.fromkeys(('depth_sigma', 'position_sigma', 'skirt'), 'widths of the image')
+        | {'field': 'm'},
         {name: getattr(model, name) for name in model.__dataclass_fields__ if name not in ('modulus', 'force_error')}, millimetres,
         {'x_mm': _range(position[:, 0]), 'y_mm': _range(position[:, 1]), 'slope': [0.0, float(np.max(fit.steepest()))]}, left_out,
         serial=serial, parameters=Specimen(serial, values).parameters(SENSOR))
+    rows, columns = backgrounds[0].shape[:2]
     return write_and_report(output, content, residuals, [
-        f'{len(presses)} presses of a ball of {1e3 * sphere_radius:g} mm radius',
+        f'{len(presses)} presses of a ball of {1e3 * sphere_radius:g} mm radius, on {fit.covered:.0%} of the image of '
+        f'{1e3 * pixel * columns:.1f} x {1e3 * pixel * rows:.1f} mm' + (
+            '; depth is uncertain elsewhere: press the ball there, too' if fit.covered < _MIN_COVERED_SHARE else ''),
         'errors at presses that were left out of the fit: shape of the ball {depth_rms_mm:.3f} mm RMS, position {position_rms_mm:.3f} mm '
         'RMS, untouched skin {untouched_rms_mm:.3f} mm RMS'.format(**millimetres),
         f'standard deviation of a depth: {model.slope_error:.1%} of it and {1e3 * model.depth_sigma * values["gel.scale"] * width:.3f} mm',

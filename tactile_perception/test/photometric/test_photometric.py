@@ -16,6 +16,7 @@ from tactile_perception.core.errors import BadCalibration, BadFrame
 from tactile_perception.core.parameter_files import read_parameters
 from tactile_perception.photometric.calibration import BallFit, Press
 from tactile_perception.photometric.circles import CircleSearch
+from tactile_perception.photometric.estimator import is_on_flank
 from tactile_perception.photometric.observation import Background, to_working_size
 from tactile_perception.photometric.parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS
 from tactile_perception.photometric.stage import PhotometricStage
@@ -96,6 +97,17 @@ def test_a_circle_that_is_on_no_ball_is_left_out_of_the_fit():
     assert len(fit.left_out) == 1 and fit.left_out[0].startswith('press 4: ') and len(fit.presses) == len(presses) - 1
 
 
+def test_two_balls_are_two_contacts_and_a_flank_is_none():
+    depth, mask = np.zeros((60, 80), np.float32), np.zeros((60, 80), bool)
+    y, x = np.mgrid[:60, :80]
+    for column, height in ((20, 1.0), (55, 0.4)):
+        depth += (height * np.exp(-((x - column)**2 + (y - 30)**2) / 50.0)).astype(np.float32)
+    mask[27:34, 52:59] = True
+    assert not is_on_flank(depth, mask)
+    mask[:], mask[27:34, 26:30] = False, True
+    assert is_on_flank(depth, mask)
+
+
 def test_a_ring_has_a_hole(specimen):
     values, _, _, scene = specimen
     regions = [found['contact_region'][0] for found, truth in played(values, 'photometric_ring') if
@@ -144,6 +156,25 @@ def test_another_light_than_that_of_the_calibration_is_said(specimen):
     assert 'differs' in stage.health()[0] and 'calibrate again' in stage.health()[0]
 
 
+def test_a_reference_with_a_touch_in_it_is_said(specimen):
+    values, _, _, scene = specimen
+    stage = PhotometricStage(values)
+    stage.process(next(message for *_, message, truth in messages_of(scene) if truth.contacts and truth.contacts[0].depth > 5e-4))
+    assert 'touched it there' in stage.health()[0] and 'set_reference' in stage.health()[0]
+
+
+def test_images_of_another_resolution_are_refused_until_gel_scale_is_that_of_them(specimen):
+    values, _, _, scene = specimen
+    _, _, message, _ = next(messages_of(scene))
+    pixels = np.frombuffer(bytes(message.data), np.uint8).reshape(480, 640, 3)
+    half = image_to_message(Frame(np.ascontiguousarray(pixels[::2, ::2]), 1, 'bgr8'), '', message.header)
+    with pytest.raises(BadFrame, match='gel.scale'):
+        PhotometricStage(values).process(half)
+    with pytest.raises(BadFrame, match='640 x 360'):
+        PhotometricStage(values).process(image_to_message(Frame(np.ascontiguousarray(pixels[60:-60]), 1, 'bgr8'), '', message.header))
+    assert PhotometricStage(values | {'gel.scale': 2 * SCALE}).process(half)
+
+
 def test_without_a_calibration_nothing_is_estimated_and_the_user_is_told(specimen):
     values, _, _, scene = specimen
     stage = PhotometricStage(values | {'calibration': ''})
@@ -161,6 +192,8 @@ def test_a_calibration_needs_a_radius_and_presses(specimen, tmp_path):
     _, _, folder, _ = specimen
     with pytest.raises(BadCalibration, match='--sphere-radius'):
         calibrate_balls([folder / 'presses'], folder / 'gel.yaml', tmp_path / 'c.yaml')
+    with pytest.raises(BadCalibration, match='times the radius of the ball'):
+        calibrate_balls([folder / 'presses'], folder / 'gel.yaml', tmp_path / 'c.yaml', sphere_radius=0.0008)
     bag = tmp_path / 'untouched'
     first = [one for one in messages_of('photometric_demo') if not one[3].contacts][:15]
     write_messages(bag, '/gel', (frame[:3] for frame in first))

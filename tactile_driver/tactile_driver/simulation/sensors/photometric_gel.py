@@ -28,15 +28,29 @@ _SPARE = 64  # px, by which the field of noise is larger than the image, so that
 _DOT, _PITCH = 0.25e-3, 2.0e-3  # m, radius and distance of printed dots
 
 
+def _ball(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:
+    square = x * x + y * y
+    return np.where(square < radius**2, radius - np.sqrt(np.maximum(radius**2 - square, 0.0)), np.inf)
+
+
+#: Name of an object -> function of x, y from its middle and of its radius, m, to its height above its deepest point, m; inf beside it.
+SHAPES: dict[str, Callable[[np.ndarray, np.ndarray, float], np.ndarray]] = {
+    'ball': _ball,
+    'balls': lambda x, y, radius: np.minimum(_ball(x - 1.3 * radius, y, radius), _ball(x + 1.3 * radius, y, radius)),
+    'rod': lambda x, y, radius: np.where(x * x + y * y < radius**2, 0.0, np.inf),  # its flat end
+    'ring': lambda x, y, radius: np.where(np.abs(np.hypot(x, y) - radius) < radius / 4, 0.0, np.inf),
+    'edge': lambda x, y, radius: np.where(np.abs(x) < radius, 0.6 * np.abs(y), np.inf),  # of a blunt wedge, across the gel
+}
+
+
 @dataclass(frozen=True)
 class PressScript:
-    """presses: x, y and depth in m of the deepest point of the object, each for a time; radius: of a ball in m, 0 for a ring; flat:
-    whether a flat end of a rod of that radius presses instead; dots: whether
-    dots are printed on the skin; period: s, of a press and of the pause after it."""
+    """presses: x, y and depth in m of the deepest point of the object, each for a time; radius: of the object in m; shape: in SHAPES; dots:
+    whether dots are printed on the skin; period: s, of a press and of the pause after it."""
 
     presses: Sequence[tuple[float, float, float]]
     radius: float = 0.003
-    flat: bool = False
+    shape: str = 'ball'
     dots: bool = False
     period: float = 0.5
 
@@ -88,15 +102,8 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
     def _pressed(self, x: float, y: float, deepest: float) -> tuple[np.ndarray, np.ndarray]:
         """Depth of the skin (rows, columns), and where it lies on the object: the obstacle problem by projected over-relaxation."""
         near = self._near(x, y)
-        distance = np.hypot(self._x[near] - x, self._y[near] - y)
-        if self._script.flat:
-            obstacle = np.where(distance < self._script.radius, deepest, -1.0)
-        elif self._script.radius:
-            radius = self._script.radius
-            obstacle = deepest - radius + np.sqrt(np.maximum(radius**2 - distance**2, 0.0))
-            obstacle[distance >= radius] = -1.0
-        else:  # a ring, the rim of a tube
-            obstacle = np.where(np.abs(distance - 1.6e-3) < 0.4e-3, deepest, -1.0)
+        height = SHAPES[self._script.shape](self._x[near] - x, self._y[near] - y, self._script.radius)
+        obstacle = np.maximum(deepest - height, -1.0)
         depth = np.maximum(obstacle, 0.0)
         stiffness = (CELL * SCALE / _LENGTH)**2
         even = (np.add.outer(*map(np.arange, depth.shape)) % 2).astype(bool)
@@ -111,17 +118,17 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
 
     def _near(self, x: float, y: float) -> tuple[slice, slice]:
         """Rows and columns of the cells that an object at x, y, m, moves by more than 0.2 % of its depth."""
-        reach = max(self._script.radius, 2.0e-3) + 6 * _LENGTH
+        reach = 2.3 * self._script.radius + 6 * _LENGTH
         rows, columns = (np.flatnonzero(np.abs(axis - at) < reach) for axis, at in ((self._y[:, 0], y), (self._x[0], x)))
         return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
     def _describe(self, truth: TruthFrame, depth: np.ndarray, on: np.ndarray, pressed: tuple[float, float, float]) -> None:
         """Fill in the truth of a press."""
-        x, y, deepest = pressed
-        cell = CELL * SCALE
+        x, y, _ = pressed
+        cell, deepest = CELL * SCALE, float(depth.max())  # an edge between two cells is less deep
         truth.area, truth.normal = float(on.sum()) * cell**2, np.array([0.0, 0.0, 1.0])
         truth.centroid = np.array([self._x[on].mean(), self._y[on].mean(), -depth[on].mean()])
-        truth.contacts = [Touch(np.array([x, y, -deepest if self._script.radius else np.nan]), truth.normal, deepest, np.nan)]
+        truth.contacts = [Touch(np.array([x, y, -deepest if self._script.shape != 'ring' else np.nan]), truth.normal, deepest, np.nan)]
         truth.wrench = np.full(6, np.nan)
         lines, family = cv2.findContours(on.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         for line, kin in zip(lines, family[0] if family is not None else ()):
@@ -210,8 +217,8 @@ PHOTOMETRIC_SCENES: dict[str, Callable[[float, int, int], PhotometricScene]] = {
     name: partial(PhotometricScene, script) for name, script in {
         'photometric_demo': _DEMO,
         'photometric_dots': replace(_DEMO, dots=True),
-        'photometric_ring': replace(_DEMO, radius=0.0),
-        'photometric_stamp': replace(_DEMO, radius=0.0018, flat=True),
+        'photometric_ring': replace(_DEMO, radius=0.0016, shape='ring'),
+        'photometric_stamp': replace(_DEMO, radius=0.0018, shape='rod'),
         'photometric_calib': PressScript(_spread(20, 8e-4), radius=0.0025),
         'photometric_dots_calib': PressScript(_spread(20, 8e-4), radius=0.0025, dots=True),
     }.items()}
