@@ -31,8 +31,8 @@ setup(
             'psd_emulator = tactile_driver.emulators:psd_emulator',
             'taxel_array_node = tactile_driver.nodes.taxel_array_node:main',
             'taxel_emulator = tactile_driver.emulators:taxel_emulator',
-            'force_taxel_node = tactile_driver.nodes.force_taxel_node:main',
-            'force_taxel_emulator = tactile_driver.emulators:force_taxel_emulator',
+            'force_taxel_node = tactile_driver.force_taxels.node:main',
+            'force_taxel_emulator = tactile_driver.force_taxels.emulator:force_taxel_emulator',
         ],
     },
 )

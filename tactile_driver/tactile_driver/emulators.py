@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands psd_emulator, taxel_emulator and force_taxel_emulator: firmware of sensors on a pseudo-terminal, with real faults."""
+"""The commands psd_emulator and taxel_emulator: firmware of sensors on a pseudo-terminal, with real faults."""
 from __future__ import annotations
 
 import argparse
@@ -17,10 +17,9 @@ import numpy as np
 
 from .errors import BadArgument, reports_errors
 from .frame import CHANNELS
-from .serial.frames import LARGEST, MATRIX, SAMPLES, VECTORS, CountFrame, write_frame, write_line
+from .serial.frames import LARGEST, MATRIX, SAMPLES, CountFrame, write_frame, write_line
 from .simulation.psd.scene import open_psd_scene
 from .simulation.taxel.scene import open_taxel_scene
-from .simulation.vectors.scene import open_vector_scene
 from .sources.source import NS, wait_until
 
 _GARBAGE_BYTES, _MAX_DROPPED_BYTES = 300, 40  # bytes inserted before a frame; limit of the bytes dropped from one
@@ -210,20 +209,8 @@ class TaxelEmulator(PortEmulator):
         return values.astype(np.uint16) << (self.bits - 8)
 
 
-class VectorEmulator(PortEmulator):
-    """Plays a scene of simulated taxels that measure force vectors, as floats."""
-
-    kind, bits = VECTORS, 32
-
-    def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 100.0, seed: int = 0, keep: bool = False):
-        self._scene = open_vector_scene(scene, rate, seed)
-        super().__init__(link, rate, 1, seed, keep)
-
-    def _counts(self) -> np.ndarray:
-        return self._scene.render(self._number / self._rate)[0]
-
-
-def _parser(prog: str, text: str, link: str, rate: float) -> argparse.ArgumentParser:
+def emulator_parser(prog: str, text: str, link: str, rate: float) -> argparse.ArgumentParser:
+    """The arguments of an emulator's command."""
     parser = argparse.ArgumentParser(prog=prog, description=text)
     parser.add_argument('--link', default=link, help='symbolic link to the pseudo-terminal: what the driver opens as device')
     parser.add_argument('--scene', default='demo')
@@ -232,7 +219,7 @@ def _parser(prog: str, text: str, link: str, rate: float) -> argparse.ArgumentPa
     return parser
 
 
-def _serve(emulator: PortEmulator) -> int:
+def serve(emulator: PortEmulator) -> int:
     """Send until interrupted, with faults read from standard input, one per line. Returns the exit code."""
     print(f'sending to {emulator.link.absolute()}; type a fault and Enter: {", ".join(FAULTS)}', flush=True)
     threading.Thread(target=_listen, args=(emulator,), daemon=True).start()
@@ -257,29 +244,21 @@ def _listen(emulator: PortEmulator) -> None:
 @reports_errors('psd_emulator')
 def psd_emulator(args: list[str] | None = None) -> int:
     """The command psd_emulator. Returns the exit code."""
-    parser = _parser('psd_emulator', 'Emulates the firmware of a PSD finger on a pseudo-terminal.', 'psd_finger_port', 1000.0)
+    parser = emulator_parser('psd_emulator', 'Emulates the firmware of a PSD finger on a pseudo-terminal.', 'psd_finger_port', 1000.0)
     parser.add_argument('--batch', type=int, default=5, help='samples a frame')
     parser.add_argument('--format', default='binary', choices=('binary', 'csv'))
     parser.add_argument('--modulation', action='store_true',
                         help="the finger's light is on in every second sample; a fifth column indicates which")
     given = parser.parse_args(args)
-    return _serve(PsdEmulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format, modulation=given.modulation))
+    return serve(PsdEmulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format, modulation=given.modulation))
 
 
 @reports_errors('taxel_emulator')
 def taxel_emulator(args: list[str] | None = None) -> int:
     """The command taxel_emulator. Returns the exit code."""
-    parser = _parser('taxel_emulator', 'Emulates the firmware of a taxel array on a pseudo-terminal.', 'taxel_array_port', 100.0)
+    parser = emulator_parser('taxel_emulator', 'Emulates the firmware of a taxel array on a pseudo-terminal.', 'taxel_array_port', 100.0)
     parser.add_argument('--rows', type=int, default=44)
     parser.add_argument('--columns', type=int, default=44)
     parser.add_argument('--bits', type=int, default=8)
     given = parser.parse_args(args)
-    return _serve(TaxelEmulator(given.link, given.scene, given.rate, given.seed, (given.rows, given.columns), given.bits))
-
-
-@reports_errors('force_taxel_emulator')
-def force_taxel_emulator(args: list[str] | None = None) -> int:
-    """The command force_taxel_emulator. Returns the exit code."""
-    given = _parser('force_taxel_emulator', 'Emulates the firmware of taxels that measure force vectors on a pseudo-terminal.',
-                    'force_taxels_port', 100.0).parse_args(args)
-    return _serve(VectorEmulator(given.link, given.scene, given.rate, given.seed))
+    return serve(TaxelEmulator(given.link, given.scene, given.rate, given.seed, (given.rows, given.columns), given.bits))

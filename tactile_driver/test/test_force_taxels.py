@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2, PointField
 
-from tactile_driver.emulators import VectorEmulator
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording
 from tactile_driver.force_taxels import TaxelFrame, read_layout, taxel_frame
+from tactile_driver.force_taxels.bag import VectorBagSource
+from tactile_driver.force_taxels.emulator import VectorEmulator
+from tactile_driver.force_taxels.messages import taxels_of_message, taxels_to_message
+from tactile_driver.force_taxels.sources import VectorFileSource, VectorSerialSource, VectorSimulatedSource
 from tactile_driver.nodes.messages.conversions import header_of
-from tactile_driver.nodes.messages.taxels import taxels_of_message, taxels_to_message
 from tactile_driver.recordings.writer import write_messages
-from tactile_driver.serial.force_taxels import VectorFileSource, VectorSerialSource, VectorSimulatedSource
 from tactile_driver.serial.frames import MATRIX, VECTORS, BinaryReader, CountFrame, write_frame
-from tactile_driver.simulation.vectors.device import DEVICES
-from tactile_driver.simulation.vectors.scene import open_vector_scene
+from tactile_driver.simulation.force_taxels.device import DEVICES
+from tactile_driver.simulation.force_taxels.scene import open_vector_scene
 from tactile_driver.sources.array_file import read_vector_file
-from tactile_driver.sources.bag import VectorBagSource
 from tactile_driver.sources.source import EndOfSource, NothingYet
 
 PLAYED = {'rate': 0.0, 'loop': False, 'topic': '', 'columns': ''}

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactile_driver.serial.force_taxels import simulated_frame
-from tactile_driver.simulation.vectors.device import DEVICES
-from tactile_driver.simulation.vectors.scene import VectorScene, random_script
+from tactile_driver.force_taxels.sources import simulated_frame
+from tactile_driver.simulation.force_taxels.device import DEVICES
+from tactile_driver.simulation.force_taxels.scene import VectorScene, random_script
 from tactile_perception.force_taxels.estimator import ForceTaxelsEstimator, Response
 
 RATE = 100.0

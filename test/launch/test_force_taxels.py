@@ -7,7 +7,7 @@ from sensor_msgs.msg import Image, PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
-from tactile_driver.simulation.vectors.scene import open_vector_scene
+from tactile_driver.simulation.force_taxels.scene import open_vector_scene
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
 
 RESULTS = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped, 'points': PointCloud2,

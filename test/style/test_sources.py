@@ -50,6 +50,14 @@ def test_files_have_the_licence_header():
     assert [name for name in names if HEADER not in text_of(name)[:200]] == []
 
 
+def test_a_sensor_type_is_named_in_its_folders_and_a_few_lists():
+    named = {name for name in CODE + sources('.cpp', '.hpp', '.xacro') if '/force_taxels/' not in name and 'force_taxel' in text_of(name)}
+    gripper = {f'tactile_bringup/tactile_bringup/grasp/{name}.py' for name in ('force_pad', 'objects')}  # its pad is such a sensor
+    assert named - gripper == {
+        'tactile_bringup/launch/force_taxels.launch.py', 'tactile_bringup/urdf/tactile_sensors.xacro', 'tactile_driver/setup.py',
+        'tactile_perception/tactile_perception/core/sensor_type.py'}
+
+
 def test_lines_have_no_trailing_blanks_and_files_end_with_one_newline():
     texts = {name: text_of(name) for name in sources('.py', '.bash', '.msg', '.md', '.rst', '.yaml')}
     assert [name for name, text in texts.items()

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import yaml
 
-from tactile_driver.simulation.vectors.device import Electronics, Specimen, flat_grid
+from tactile_driver.simulation.force_taxels.device import Electronics, Specimen, flat_grid
 
 from .world import DOME_PITCH, DOMES, FRAME_S
 

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from tactile_driver.errors import by_name
 
 GRAVITY = 9.81  # m/s^2
-PADS = 'array', 'force_taxels'  # sensors of the left finger
+#: Pad of the left finger -> sensor type.
+PADS: Mapping[str, str] = {'array': 'taxel_array', 'force_taxels': 'force_taxels'}
+FLAT_PAD, DOMED_PAD = PADS  # pressures of an array; forces on domes
 SETTLED_S = 0.5  # from the first contact to the lift
 #: Of the array's perception. The engine's taxels lie on the face of a rigid pad, so that they show no moment of friction: their cover is
 #: thinner than what they resolve. It shears as that of the usual pad does before it slips.

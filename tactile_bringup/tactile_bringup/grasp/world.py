@@ -13,7 +13,7 @@ import numpy as np
 from tactile_driver.errors import BadArgument
 from tactile_driver.simulation.skin.tools import Pose
 
-from .objects import GRAVITY, LIFT_HEIGHT, LIFT_S, PADS, Disturbance, HeldObject, closing_width
+from .objects import DOMED_PAD, FLAT_PAD, GRAVITY, LIFT_HEIGHT, LIFT_S, Disturbance, HeldObject, closing_width
 
 try:
     import mujoco
@@ -137,12 +137,12 @@ class GraspWorld:
         If MuJoCo is not installed.
     """
 
-    def __init__(self, held: HeldObject, disturbances: Sequence[Disturbance] = (), pad: str = PADS[0]):
+    def __init__(self, held: HeldObject, disturbances: Sequence[Disturbance] = (), pad: str = FLAT_PAD):
         if mujoco is None:
             raise BadArgument('the simulated gripper needs MuJoCo, an optional extra: pip install mujoco')
         self.held, self._disturbances = held, tuple(disturbances)
         self._start = max(held.half_height, _LOWEST)
-        self.has_domes, (vertices, faces) = pad == 'force_taxels', _grid()
+        self.has_domes, (vertices, faces) = pad == DOMED_PAD, _grid()
         self._model = mujoco.MjModel.from_xml_string(_MODEL.format(
             step=STEP_S, gravity=GRAVITY, vertices=vertices, faces=faces, half=_HALF_PAD, depth=_PAD_DEPTH, finger=_FINGER_MASS,
             friction=held.friction, softness=held.softness, start=self._start, apart=closing_width(held), damping=_DAMPING,

@@ -205,7 +205,7 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     calibrated = {'calibration': values['calibration']} if values['calibration'] else {}
     _check_file(values['params'], sensor_type)
     calibration = values['calibration'] or parameter_of(values['params'], kind.perception, 'calibration')
-    fitted = _has_contact_model(calibration)
+    fitted = _has_contact_model(calibration) or kind.known_by and parameter_of(values['params'], kind.perception, kind.known_by, 0.0) > 0
     note = '' if fitted or not kind.uncalibrated else \
         f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`'
     ends = values['source'] in ('file', 'bag') and 'true' not in (values['loop'], values['stay'])
@@ -295,10 +295,10 @@ def _has_contact_model(calibration: str) -> bool:
         return True
 
 
-def parameter_of(params: str, node: str, name: str, default: str = '') -> str:
-    """The value of a text that a parameter file sets for a node. Raises BadArgument."""
+def parameter_of(params: str, node: str, name: str, default: str | float = '') -> str | float:
+    """The value that a parameter file sets for a node. Raises BadArgument."""
     try:  # importing the whole parameter tables takes a second
-        return read_parameters(params, node, (Parameter(name, str, default, '', ''),))[name]
+        return read_parameters(params, node, (Parameter(name, type(default), default, '', ''),))[name]
     except TactileError as error:
         raise BadArgument(' '.join(str(error).split())) from error  # a parser's message has many lines
 

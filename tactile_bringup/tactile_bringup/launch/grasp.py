@@ -19,7 +19,7 @@ from launch_ros.actions import Node
 
 from tactile_driver.errors import BadArgument
 
-from ..grasp.objects import ARRAY_PARAMETERS, OBJECTS, PADS, READY, HeldObject, closing_width
+from ..grasp.objects import ARRAY_PARAMETERS, FLAT_PAD, OBJECTS, PADS, READY, HeldObject, closing_width
 from ..sensor_files import parameter_file, simulated_calibration
 from .arguments import VIEW, Texts, check_choices, description, end_if_wrong, hand_node, number, sensor_actions, sensor_arguments, written
 
@@ -35,7 +35,7 @@ def grasp_description() -> LaunchDescription:
 def grasp_arguments() -> Texts:
     """The arguments of grasp.launch.py."""
     return {'object': ('box', 'what stands between the fingers: ' + ', '.join(OBJECTS)),
-            'pad': (PADS[0], 'sensor of the left finger: a pressure array, or taxels that measure forces; ' + ', '.join(PADS)),
+            'pad': (FLAT_PAD, 'sensor of the left finger: a pressure array, or taxels that measure forces; ' + ', '.join(PADS)),
             'demo': ('false', 'true: grasp and lift the object at once; false: wait for the services ~/grasp and ~/lift'),
             'touchpad': ('true', 'whether the right finger has a touchpad; false: the array alone, which takes half the processor'),
             'speed': ('1.0', 'simulated time in a second of real time: 0.3 for instance where the machine is too slow'),
@@ -46,11 +46,11 @@ def grasp_arguments() -> Texts:
 
 def grasp_actions(values: dict[str, str]) -> list:
     """The actions for the values of the arguments. Raises BadArgument."""
-    check_choices(values, {'object': tuple(OBJECTS), 'pad': PADS, **dict.fromkeys(('rviz', 'demo', 'touchpad', *VIEW), _BOOLEANS)})
+    check_choices(values, {'object': tuple(OBJECTS), 'pad': tuple(PADS), **dict.fromkeys(('rviz', 'demo', 'touchpad', *VIEW), _BOOLEANS)})
     if find_spec('mujoco') is None:
         raise BadArgument('the simulated gripper needs MuJoCo, an optional extra: pip install mujoco')
     port = str(Path(launch_config.log_dir, 'array_port'))
-    sensor_type = 'force_taxels' if values['pad'] == 'force_taxels' else 'taxel_array'
+    sensor_type = PADS[values['pad']]
     array = {name: default for name, (default, _) in sensor_arguments(sensor_type).items()} | {
         'namespace': _ARRAY, 'source': 'device', 'device': port, 'record': values['record'],
         **_settings(sensor_type), **{name: values[name] for name in ('rviz', *VIEW)}}

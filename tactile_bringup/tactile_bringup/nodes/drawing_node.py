@@ -283,9 +283,10 @@ class MarkersNode(DrawingNode):
     It also publishes a frame on /tf_static, so that RViz knows the sensor frame if the pose of the camera is unknown."""
 
     marked, pictured, picture_rate = _DOTS, {**_DOTS, _RAW: Image}, 'picture_rate'
+    parameters = MARKERS_PARAMETERS
 
     def __init__(self, host: Host | None = None):
-        super().__init__('markers_node', MARKERS_PARAMETERS, host)
+        super().__init__('markers_node', self.parameters, host)
         self.markers = DotMarkers(self.settings)
         self.publish_frame('markers', 0.0)
         self._project: Projection | None = None
@@ -340,9 +341,10 @@ class SurfaceMarkersNode(DrawingNode):
     marked = WITHOUT_SLIP
     pictured = {_RAW: Image, **{topic: kind for topic, kind in WITHOUT_SLIP.items() if topic != 'points'}}
     marker_rate = picture_rate = 'rate'
+    parameters = SURFACE_MARKERS_PARAMETERS
 
     def __init__(self, host: Host | None = None):
-        super().__init__('surface_markers_node', SURFACE_MARKERS_PARAMETERS, host)
+        super().__init__('surface_markers_node', self.parameters, host)
         self.markers = SurfaceMarkers(self.settings)
         self.publish_frame('surface', 0.0)
 
@@ -358,9 +360,10 @@ class ForceMarkersNode(DrawingNode):
 
     marked = pictured = RESULTS | POINTS
     marker_rate = picture_rate = 'rate'
+    parameters = FORCE_MARKERS_PARAMETERS
 
     def __init__(self, host: Host | None = None):
-        super().__init__('force_markers_node', FORCE_MARKERS_PARAMETERS, host)
+        super().__init__('force_markers_node', self.parameters, host)
         self.markers = ForceMarkers(self.settings)
         self.publish_frame('surface', 0.0)
 
@@ -378,9 +381,10 @@ class FingerMarkersNode(DrawingNode):
 
     marked = pictured = {'contacts': Contacts}
     marker_rate = picture_rate = 'rate'
+    parameters = FINGER_MARKERS_PARAMETERS
 
     def __init__(self, host: Host | None = None):
-        super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)
+        super().__init__('finger_markers_node', self.parameters, host)
         self.markers = FingerMarkers(self.settings)
         self.publish_frame('tip', self.settings['radius'])
 
@@ -394,9 +398,10 @@ class TaxelMarkersNode(DrawingNode):
 
     marked = pictured = {_RAW: Image, **RESULTS}
     marker_rate = picture_rate = 'rate'
+    parameters = TAXEL_MARKERS_PARAMETERS
 
     def __init__(self, host: Host | None = None):
-        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, host)
+        super().__init__('taxel_markers_node', self.parameters, host)
         self.markers = TaxelMarkers(self.settings)
         self.publish_frame('taxels', -self.settings['cell_height'])
 

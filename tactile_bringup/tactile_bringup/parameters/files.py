@@ -10,35 +10,13 @@ from pathlib import Path
 
 from scipy.spatial.transform import Rotation
 
-from tactile_driver.parameters.drivers import (
-    CAMERA_PARAMETERS,
-    DUAL_CAMERA_PARAMETERS,
-    FORCE_TAXEL_DRIVER_PARAMETERS,
-    PSD_DRIVER_PARAMETERS,
-    TAXEL_DRIVER_PARAMETERS,
-)
 from tactile_driver.parameters.table import Parameter, defaults, to_yaml
-from tactile_driver.simulation.sensors import gel, photometric_gel
+from tactile_driver.simulation.sensors import gel
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.taxel.pad import PadSpecimen
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.core.sensor_type import NODES, SENSOR_TYPES
-from tactile_perception.dots.parameters import DOT_SENSOR_PARAMETERS
-from tactile_perception.finger.parameters import PSD_SENSOR_PARAMETERS
-from tactile_perception.force_taxels.parameters import FORCE_SENSOR_PARAMETERS
-from tactile_perception.gel.parameters import GEL_SENSOR_PARAMETERS, PINS_SENSOR_PARAMETERS
-from tactile_perception.photometric.parameters import PHOTOMETRIC_SENSOR_PARAMETERS
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS
-from tactile_perception.taxel.parameters import TAXEL_SENSOR_PARAMETERS
-from tactile_perception.touchpad.parameters import TOUCHPAD_SENSOR_PARAMETERS
-
-from .table import (
-    FINGER_MARKERS_PARAMETERS,
-    FORCE_MARKERS_PARAMETERS,
-    MARKERS_PARAMETERS,
-    SURFACE_MARKERS_PARAMETERS,
-    TAXEL_MARKERS_PARAMETERS,
-)
 
 LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 _MADE = '# Made by: python3 -m tactile_bringup.parameters.files FOLDER\n'
@@ -61,35 +39,11 @@ _PINS_SIM = ("# A simulated dome of pins (source:=sim): the parameters that diff
              '# Their mean distance is the 1.35 mm that a user would measure on it.\n')
 _DOTS_SIM = ("# Dots of a simulated gel (source:=sim): the parameters that differ from the nodes' defaults;\n"
              '# marker_video.yaml explains all.\n')
-_PHOTOMETRIC = ('# A gel with an opaque skin that lamps of several colours light from the sides, with dots or without: its shape,\n'
-                '# contact region, contacts.\n'
-                '# gel.scale and a calibration with a ball are needed (docs/photometric_gel.md).\n')
-_PHOTOMETRIC_MINI = ('# GelSight Mini without markers: depth, contact region, contacts.\n'
-                     "# The scale is by its maker's software: 0.0634 mm a pixel of 320 x 240. A calibration with a ball is needed\n"
-                     '# (docs/photometric_gel.md).\n')
-_PHOTOMETRIC_DIGIT = ("# DIGIT without markers: depth, contact region, contacts. The format is by its maker's software, digit.py of\n"
-                      '# github.com/facebookresearch/digit-interface: 320 x 240 at 60 or 30 images a second, 640 x 480 at 30 or 15.\n'
-                      '# Its lamps are set by the camera control zoom; all bright: v4l2-ctl -d DEVICE -c zoom_absolute=4095\n'
-                      '# The scale is not published: measure it as gel.scale, and calibrate with a ball (docs/photometric_gel.md).\n')
-_FORCES = ('# Taxels that measure a force vector each, as XELA uSkin, Paxini, PapillArray: contact region, contacts, slip, wrench.\n'
-           '# layout names the file with their positions (docs/force_taxels.md).\n')
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
              '# What the pad is made of is not known: put in yours, or calibrate; until then no force is reported.\n')
 _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'full_value': 2000.0}
 #: N and N m of the longest arrows in RViz, twice the largest wrench of the simulated scenes, and m, radius of the tool in most of them.
 _SIMULATED_PRESSES = {'areal_single': (3.0, 0.05, 0.006), 'areal_dual': (2.0, 0.05, 0.008), 'air_cushion': (25.0, 0.7, 0.030)}
-#: Sensor type -> parameters of all its nodes; else those of sensors with markers.
-_SHARED = {'touchpad': TOUCHPAD_SENSOR_PARAMETERS, 'gel': GEL_SENSOR_PARAMETERS, 'pins': PINS_SENSOR_PARAMETERS,
-           'photometric_gel': PHOTOMETRIC_SENSOR_PARAMETERS, 'dots': DOT_SENSOR_PARAMETERS,
-           'psd_finger': PSD_SENSOR_PARAMETERS, 'taxel_array': TAXEL_SENSOR_PARAMETERS,
-           'force_taxels': FORCE_SENSOR_PARAMETERS}
-#: Driver or node that draws -> its parameters; a perception node's are those of its stage.
-_OF_NODES = {
-    'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS, 'psd_node': PSD_DRIVER_PARAMETERS,
-    'taxel_array_node': TAXEL_DRIVER_PARAMETERS, 'markers_node': MARKERS_PARAMETERS,
-    'surface_markers_node': SURFACE_MARKERS_PARAMETERS, 'force_taxel_node': FORCE_TAXEL_DRIVER_PARAMETERS,
-    'force_markers_node': FORCE_MARKERS_PARAMETERS,
-    'finger_markers_node': FINGER_MARKERS_PARAMETERS, 'taxel_markers_node': TAXEL_MARKERS_PARAMETERS}
 # Parameters that the launch files set for each sensor are left out.
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate', 'text.height', 'text.side', 'text.up'}
 
@@ -97,8 +51,7 @@ _BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate', 'text.heig
 def _tables(sensor_type: str) -> tuple[Sequence[Parameter], dict[str, Sequence[Parameter]]]:
     """Parameters of all nodes of a sensor type, and name -> those of each."""
     kind = SENSOR_TYPES[sensor_type]
-    return _SHARED.get(sensor_type, MARKER_SENSOR_PARAMETERS), {
-        kind.driver: _OF_NODES[kind.driver], kind.perception: NODES[kind.perception].parameters, kind.view: _OF_NODES[kind.view]}
+    return kind.shared_parameters, {name: NODES[name].parameters for name in (kind.driver, kind.perception, kind.view)}
 
 
 def _text(sensor_type: str, about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = (), whole: bool = True) -> str:
@@ -181,13 +134,6 @@ def parameter_files() -> dict[str, str]:
         'gel_sim': _text('gel', _GEL_SIM, simulated_gel(), ('dome.', 'cap.'), whole=False),
         'pins_sim': _text('pins', _PINS_SIM, {'scene': 'pins_demo', 'gel.pitch': 0.00135}, whole=False),
         'dots_sim': _text('dots', _DOTS_SIM, {'scene': 'gel_demo'}, whole=False),
-        'photometric_gel': _text('photometric_gel', _PHOTOMETRIC, {}),
-        'gelsight_mini_photometric': _text('photometric_gel', _PHOTOMETRIC_MINI, {'width': 640, 'height': 480, 'gel.scale': 3.17e-05}),
-        'digit_photometric': _text('photometric_gel', _PHOTOMETRIC_DIGIT, {'width': 320, 'height': 240, 'rate': 60.0}),
-        'photometric_gel_sim': _text('photometric_gel', _SIMULATED.format('photometric_gel'), {
-            'scene': 'photometric_demo', 'gel.scale': photometric_gel.SCALE}, whole=False),
-        'force_taxels': _text('force_taxels', _FORCES, {}),
-        'force_taxels_sim': _text('force_taxels', _SIMULATED.format('force_taxels'), {'scene': 'demo'}, whole=False),
         'pressure_array_14x6': _text('taxel_array', _PRESSURE, _PRESSURE_ARRAY)}
     for name in ('touchpad', *MARKER_SENSORS, 'psd_finger', 'taxel_array'):
         markers, left_out = (_markers(name), ('cap.',)) if name in MARKER_SENSORS else ({}, ('dome.',))
@@ -195,6 +141,10 @@ def parameter_files() -> dict[str, str]:
         own = simulated[name]() if name in simulated else simulated_markers(name)
         texts.setdefault(name, _text(name, _WHOLE.format(name), markers, left_out))
         texts[f'{name}_sim'] = _text(name, _SIMULATED.format(name), markers | own, left_out, whole=False)
+    for name, kind in SENSOR_TYPES.items():
+        if kind.package == 'tactile_bringup':
+            texts |= {file: _text(name, comment, changed) for file, (comment, changed) in kind.files.items()}
+            texts |= {f'{name}_sim': _text(name, _SIMULATED.format(name), kind.simulated, whole=False)} if kind.simulated else {}
     return {f'{name}.yaml': text for name, text in texts.items()}
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from tactile_driver.parameters.table import Parameter
 
 from ..grasp.controller import GripLimits
-from ..grasp.objects import PADS
+from ..grasp.objects import FLAT_PAD, PADS
 
 
 def _arrows(length: float, force: float, torque: float, read_only: bool = False) -> tuple[Parameter, ...]:
@@ -62,7 +62,7 @@ FINGER_MARKERS_PARAMETERS = (
 )
 
 SURFACE_MARKERS_PARAMETERS = (
-    Parameter('frame_id', str, 'photometric_gel', '', 'the sensor frame; /tf_static has the position of the surface', read_only=True),
+    Parameter('frame_id', str, 'sensor', '', 'the sensor frame; /tf_static has the position of the surface', read_only=True),
     Parameter('gel.scale', float, 0.0, 'm', 'length on the gel that one pixel of the image shows', 0.0, 0.1, read_only=True),
     Parameter('dot_size', float, 0.0004, 'm', 'diameter of a point of the surface; lines and arrows are in proportion', 1e-5, 1.0,
               read_only=True),
@@ -74,7 +74,7 @@ SURFACE_MARKERS_PARAMETERS = (
 )
 
 FORCE_MARKERS_PARAMETERS = (
-    Parameter('frame_id', str, 'force_taxels', '', 'the sensor frame; /tf_static has it as the position of the surface', read_only=True),
+    Parameter('frame_id', str, 'sensor', '', 'the sensor frame; /tf_static has it as the position of the surface', read_only=True),
     Parameter('dot_size', float, 0.0012, 'm', 'diameter of a taxel among the markers; lines and arrows are in proportion', 1e-5, 1.0,
               read_only=True),
     Parameter('full_taxel_force', float, 1.0, 'N', "force of one taxel whose line has its full length, and where the colour scale ends",
@@ -133,7 +133,7 @@ HAND_PARAMETERS = (
 
 GRIPPER_PARAMETERS = (
     Parameter('object', str, 'box', '', 'what stands between the fingers, a name of grasp/objects.py:OBJECTS', read_only=True),
-    Parameter('pad', str, 'array', '', 'sensor of the left finger', choices=PADS, read_only=True),
+    Parameter('pad', str, FLAT_PAD, '', 'sensor of the left finger', choices=tuple(PADS), read_only=True),
     Parameter('port', str, 'gripper_array_port', '', 'symbolic link to the pseudo-terminal of the array: what its driver opens as device',
               read_only=True),
     Parameter('lift', bool, False, '', 'lift the object by itself half a second after both pads touch it', read_only=True),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
@@ -28,15 +29,13 @@ from tactile_driver.nodes.messages.conversions import (
     voltages_message,
 )
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, recorded_truth
-from tactile_driver.nodes.messages.taxels import taxels_to_message
+from tactile_driver.recordings.scenes import SceneWriter
 from tactile_driver.recordings.writer import write_messages
-from tactile_driver.serial.force_taxels import simulated_frame
 from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.specimen import Shutters
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, GEL_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
-from tactile_driver.simulation.vectors.scene import VECTOR_SCENES, open_vector_scene
 from tactile_driver.sources.source import FIRST_S, NS
 from tactile_perception.common.messages import description_messages
 from tactile_perception.core.sensor_type import SENSOR_TYPES
@@ -83,11 +82,13 @@ def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespa
     return scene.frames
 
 
-def write_vector_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = 'force_taxels') -> int:
-    """As write_scene, as force_taxel_node publishes it."""
-    scene = open_vector_scene(name, rate, seed)
-    _write(path, scene, namespace, {'scene': name, 'seed': seed}, [static_transform(namespace, f'{namespace}_surface', (0.0, 0.0, 0.0))],
-           vector_messages(scene, rate, namespace))
+def write_played(kind: SceneWriter, path: Path, name: str, rate: float, seed: int = 0, namespace: str = '') -> int:
+    """As write_scene, of the scenes of a sensor type that names its own; kind: these."""
+    scene = kind.open_scene(name, rate, seed)
+    namespace = namespace or scene.sensor
+    _write(path, scene, namespace, {'scene': name, 'seed': seed},
+           [static_transform(namespace, f'{namespace}_{part}', position) for part, position in kind.parts.items()],
+           kind.messages(scene, namespace, _FIRST_NS))
     return scene.frames
 
 
@@ -144,41 +145,37 @@ def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str
         yield from recorded_truth(truth, numbers, 1 / rate, header)
 
 
-def vector_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """Yield (stamp in ns, topic, message) of all frames of a scene of force taxels."""
-    touches = TouchNumbers()
-    for number in range(scene.frames):
-        stamp = _stamp(number, rate)
-        header, (numbers, truth) = header_of(stamp, frame_id), scene.render(number / rate)
-        yield stamp, 'taxels', taxels_to_message(simulated_frame(scene.shape, numbers, stamp), header)
-        yield from recorded_truth(truth, touches, 1 / rate, header)
-
-
 #: Driver, or `camera` for those with cameras -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
-WRITERS = {'camera': (write_scene, 30.0, SCENES | GEL_SCENES), 'psd_node': (write_psd_scene, 1000.0, PSD_SCENES),
-           'taxel_array_node': (write_taxel_scene, 100.0, TAXEL_SCENES),
-           'force_taxel_node': (write_vector_scene, 100.0, VECTOR_SCENES)}
+_WRITERS = {'camera': (write_scene, 30.0, SCENES | GEL_SCENES), 'psd_node': (write_psd_scene, 1000.0, PSD_SCENES),
+            'taxel_array_node': (write_taxel_scene, 100.0, TAXEL_SCENES)}
+
+
+def writers() -> dict[str, tuple[Callable[..., int], float, Collection[str]]]:
+    """_WRITERS, and those of the drivers whose sensor types name their own scenes."""
+    own = {kind.driver: kind.scenes for kind in SENSOR_TYPES.values() if kind.simulation}
+    return _WRITERS | {driver: (partial(write_played, played), played.rate, played.scenes) for driver, played in own.items()}
 
 
 def writer_of(sensor: str) -> tuple[Callable[..., int], float, Collection[str]]:
-    """The entry of WRITERS for a sensor type, or for `camera`. Raises BadArgument for an unknown type, or one that is not simulated."""
+    """The entry of writers for a sensor type, or for `camera`. Raises BadArgument for an unknown type, or one that is not simulated."""
     if sensor == 'camera':
-        return WRITERS['camera']
+        return _WRITERS['camera']
     driver = by_name(SENSOR_TYPES, sensor, 'sensor').driver
-    return by_name(WRITERS, 'camera' if driver in ('camera_node', 'dual_camera_node') else driver, f'simulation of a {sensor}: driver')
+    return by_name(writers(), 'camera' if driver in ('camera_node', 'dual_camera_node') else driver, f'simulation of a {sensor}: driver')
 
 
 @reports_errors('simulate')
 def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 1 and one error line on failure."""
-    scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in WRITERS.items())
+    known = writers()
+    scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in known.items())
     parser = argparse.ArgumentParser('simulate', description=__doc__, epilog='scenes\n' + scenes,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('sensor', help=f'camera, whose scene determines the sensor, or one of {", ".join(SENSOR_TYPES)}')
     parser.add_argument('scene')
     parser.add_argument('bag', type=Path, help='rosbag2 to write (MCAP); it must not exist')
     parser.add_argument('--rate', type=float, help='frames or samples a second; default ' +
-                        ', '.join(f'{rate:g} ({kind})' for kind, (_, rate, _) in WRITERS.items()))
+                        ', '.join(f'{rate:g} ({kind})' for kind, (_, rate, _) in known.items()))
     parser.add_argument('--seed', type=int, default=0, help='seed of the noise and of the specimen')
     given = parser.parse_args(args)
     write, rate, _ = writer_of(given.sensor)

@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.core.calibration_file import read_calibration, write_calibration
+from tactile_perception.core.sensor_type import SENSOR_TYPES
 from tactile_perception.press.calibration import METHODS, best_method
 from tactile_perception.tools.calibrate import calibrator
 
@@ -21,18 +22,12 @@ from .. import share
 from ..parameters.files import LICENCE
 from .bags import writer_of
 
-# Sensor type -> scene, rate in Hz (3 Hz gives sheets and dome two to four frames per depth), options of calibrate.
-SPECIMENS = {**{name: (f'{name}_calibration', 3.0, {}) for name in MARKER_SENSORS},
-             'pins': ('pins_calib', 4.0, {}),
-             'photometric_gel': ('photometric_calib', 8.0, {'sphere_radius': 0.0025}),
-             'psd_finger': ('calibration', 1000.0, {}),
-             'taxel_array': ('plate', 20.0, {}),
-             'force_taxels': ('uskin_weights', 50.0, {})}
+SPECIMENS = tuple(name for name, kind in SENSOR_TYPES.items() if kind.calibration_scene and kind.package == 'tactile_bringup')
 
 
 def calibrate_specimen(sensor_type: str, output: Path) -> str:
     """Simulate the calibration scene of a sensor type of SPECIMENS, calibrate, and write the calibration to output; the report."""
-    scene, rate, options = SPECIMENS[sensor_type]
+    scene, rate, options = SENSOR_TYPES[sensor_type].calibration_scene
     write, *_ = writer_of(sensor_type)
     with TemporaryDirectory() as folder:
         bag = Path(folder) / sensor_type

@@ -10,7 +10,7 @@ from tactile_bringup.grasp.experiment import SLIP_SPEED  # noqa: E402
 from tactile_bringup.grasp.force_pad import ForcePad  # noqa: E402
 from tactile_bringup.grasp.objects import GRAVITY, OBJECTS  # noqa: E402
 from tactile_bringup.grasp.world import GraspWorld  # noqa: E402
-from tactile_driver.serial.force_taxels import simulated_frame  # noqa: E402
+from tactile_driver.force_taxels.sources import simulated_frame  # noqa: E402
 from tactile_perception.force_taxels.estimator import ForceTaxelsEstimator, Response  # noqa: E402
 
 OPEN_S, LIFT_S, HELD_S, END_S = 1.3, 2.5, 3.5, 6.5  # until the fingers close; the lift; the first slip; the end

@@ -86,6 +86,14 @@ def test_an_uncalibrated_sensor_says_what_is_missing(sensor_type):
     assert len(notes(found)) == 1 and 'not calibrated' in notes(found)[0]
 
 
+def test_a_device_that_publishes_newtons_is_calibrated(tmp_path):
+    text = open(share('params', 'force_taxels.yaml')).read()
+    for unit, says in (('0.0', 1), ('1.0', 0)):
+        (tmp_path / 'params.yaml').write_text(text.replace('force_unit: 0.0', f'force_unit: {unit}'))
+        found = actions('force_taxels', source='device', device='x', params=str(tmp_path / 'params.yaml'))
+        assert len(notes(found)) == says
+
+
 def test_the_node_gets_the_calibration(files):
     plan = sensor_plan(values('areal_single', calibration=files[1], **files[0]), 'areal_single')
     assert plan.nodes['press_contact_node'] == {'calibration': files[1]}

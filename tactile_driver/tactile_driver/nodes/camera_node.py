@@ -114,8 +114,10 @@ class CalibratedNode(DriverNode):
 class CameraNode(CalibratedNode):
     """One camera."""
 
+    parameters = CAMERA_PARAMETERS
+
     def __init__(self, host: Host | None = None):
-        super().__init__('camera_node', CAMERA_PARAMETERS, host)
+        super().__init__('camera_node', self.parameters, host)
         self.serve_calibration('camera_info_url')
 
     def open_source(self, values: dict) -> Source:

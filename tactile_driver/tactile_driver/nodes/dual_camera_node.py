@@ -28,8 +28,10 @@ class DualCameraNode(CalibratedNode):
     """Two cameras: left/image_raw, right/image_raw and the stitched image_raw; right/time_reference: exposure of the right view of each
     picture. Views that come from topics are not published again; without a stitching they are cut and put side by side."""
 
+    parameters = DUAL_CAMERA_PARAMETERS
+
     def __init__(self, host: Host | None = None):
-        super().__init__('dual_camera_node', DUAL_CAMERA_PARAMETERS, host)
+        super().__init__('dual_camera_node', self.parameters, host)
         self._right_time = self.create_lifecycle_publisher(TimeReference, RIGHT_TIME, STREAM_QOS)
         self._always = [*self.raw, self._right_time]
         for parameter, name in zip(('camera_info_url', 'right_camera_info_url'), NAMES):

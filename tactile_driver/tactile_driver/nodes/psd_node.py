@@ -22,9 +22,10 @@ class PsdNode(DriverNode):
     """One PSD finger."""
 
     keep = 100  # no sample may be lost: messages that wait, also for a subscriber, half a second of them
+    parameters = PSD_DRIVER_PARAMETERS
 
     def __init__(self, host: Host | None = None):
-        super().__init__('psd_node', PSD_DRIVER_PARAMETERS, 'psd finger', host)
+        super().__init__('psd_node', self.parameters, 'psd finger', host)
         self.raw = [self.create_lifecycle_publisher(PsdVoltages, 'voltages', self.raw_qos)]
 
     def open_source(self, values: dict) -> Source:

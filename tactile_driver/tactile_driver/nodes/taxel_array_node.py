@@ -21,9 +21,10 @@ class TaxelArrayNode(DriverNode):
     """One taxel array."""
 
     keep = 100  # slip is estimated from successive frames, none may be lost: images that wait, also for a subscriber, 0.2 s of 500 a second
+    parameters = TAXEL_DRIVER_PARAMETERS
 
     def __init__(self, host: Host | None = None):
-        super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, 'taxel array', host)
+        super().__init__('taxel_array_node', self.parameters, 'taxel array', host)
         self.raw = [self.create_lifecycle_publisher(Image, 'image_raw', self.raw_qos)]
 
     def open_source(self, values: dict) -> Source:

@@ -12,7 +12,7 @@ from ..frame import ENCODINGS
 from ..serial.frames import LARGEST
 from ..serial.psd import FORMATS
 from ..sources.array_file import AXES
-from ..sources.registry import CAMERA_CHOICES, DUAL_CAMERA_CHOICES, FORCE_TAXEL_CHOICES, PSD_SOURCES, TAXEL_SOURCES
+from ..sources.registry import CAMERA_CHOICES, DUAL_CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
 from ..stitching.methods import STITCHERS
 from .table import Parameter
 
@@ -174,29 +174,6 @@ TAXEL_DRIVER_PARAMETERS = (
     Parameter('axis', str, 'z', '', 'source file: which of three numbers of a taxel is shown', choices=tuple(AXES)),
     Parameter('inverted', bool, False, '', 'source file: pressing lowers the values'),
     *sensor_parameters('taxel_array'),
-    STAY,
-    AUTOSTART,
-)
-
-
-FORCE_TAXEL_DRIVER_PARAMETERS = (
-    Parameter('source', str, 'sim', '', 'origin of the vectors: sim (simulated device), device (serial port), topics (Float32MultiArray), '
-              'file (.npz, .npy or .csv) or bag (rosbag2 recording)', choices=FORCE_TAXEL_CHOICES),
-    SERIAL_DEVICE,
-    Parameter('baud', int, 921600, 'bit/s', 'source device: baud rate', 300, 20_000_000),
-    Parameter('layout', str, '', '', 'sources device, topics and file, and a bag of Float32MultiArray: YAML file with the positions of the '
-              'taxels'),
-    Parameter('path', str, '', '', 'source file: the file; source bag: the rosbag2 folder'),
-    Parameter('topic', str, '', '', 'source topics: the topic; source bag: the topic; source file: the array in an .npz; empty if there is '
-              'only one'),
-    Parameter('columns', str, '', '', 'source file: regular expression of the names of the columns with the numbers of the taxels; empty: '
-              'all'),
-    SCENE,
-    SEED,
-    Parameter('rate', float, -1.0, 'Hz', "frame rate; -1: the source's own (sim: 100 Hz); sources file and bag, 0: as fast as subscribers "
-              'receive', -1.0, 20000.0),
-    Parameter('loop', bool, False, '', 'sources file and bag: restart at the end (sim always does)'),
-    *sensor_parameters('force_taxels'),
     STAY,
     AUTOSTART,
 )

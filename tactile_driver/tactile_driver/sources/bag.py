@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The raw data of rosbag2 recordings, with their recorded stamps: images, voltages, taxel images, force vectors."""
+"""The raw data of rosbag2 recordings, with their recorded stamps: images, voltages, taxel images."""
 from __future__ import annotations
 
 import posixpath
@@ -11,17 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import BadFrame, BadRecording
-from ..force_taxels import TaxelFrame, TaxelLayout, read_layout, taxel_frame
 from ..frame import CHANNELS, COMPRESSED, CameraCalibration, Frame, SampleBlock, calibration_of_info, frame_of, matrix_frame, sent_shape
 from ..nodes.messages.images import grey_to_array, image_to_array
-from ..nodes.messages.taxels import taxels_of_message
 from ..recordings.reader import COMPRESSED_IMAGE, BagReader, RawMessage, RecordedTruth, recorded_description, truth_topics, with_truth
 from ..recordings.serialization import decode
 from .source import NS, Clock, PlayedSource
 
 _IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
-_MULTI_ARRAY = 'std_msgs/msg/Float32MultiArray'
-_UPWARDS = np.array([0.0, 0.0, 1.0])
 
 
 def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str, ...] = (_IMAGE, COMPRESSED_IMAGE),
@@ -136,31 +132,3 @@ class TaxelBagSource(BagSource):
 
     def _of_message(self, message, stamp: int, label: str) -> Frame:
         return matrix_frame(grey_to_array(message, label), sent_shape(self._values), stamp, label)
-
-
-class VectorBagSource(BagSource):
-    """A rosbag2 folder or file with clouds as the driver publishes them, or with Float32MultiArray and a layout file."""
-
-    kinds, content = ('sensor_msgs/msg/PointCloud2', _MULTI_ARRAY), 'taxel'
-
-    def __init__(self, values: Mapping, clock: Clock):
-        super().__init__(values, clock)
-        self._layout: TaxelLayout | None = None
-
-    def open(self) -> None:
-        """Open the bag at its start. Raises BadRecording, or BadArgument for a layout that is needed and missing."""
-        super().open()
-        if self._reader.topics[self._topic] == _MULTI_ARRAY:
-            self._layout = read_layout(self._values['layout'])
-
-    def _recorded(self, item: tuple[RawMessage, RecordedTruth | None]) -> tuple[int, tuple]:
-        if self._layout is None:
-            return super()._recorded(item)
-        found, truth = item
-        return found.stamp_ns, (decode(found.data, found.type_name), found.stamp_ns, truth)
-
-    def _of_message(self, message, stamp: int, label: str) -> TaxelFrame:
-        if self._layout is not None:
-            return taxel_frame(self._layout, np.asarray(message.data, float), stamp, label)
-        positions, forces, normals = taxels_of_message(message)
-        return TaxelFrame(positions, np.tile(_UPWARDS, (len(positions), 1)) if normals is None else normals, forces, stamp)

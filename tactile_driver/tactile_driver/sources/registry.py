@@ -35,12 +35,8 @@ PSD_SOURCES: Sources = PluginTable('tactile_driver.psd_sources', {
 TAXEL_SOURCES: Sources = PluginTable('tactile_driver.taxel_sources', {
     'sim': 'tactile_driver.serial.taxel:TaxelSimulatedSource', 'device': 'tactile_driver.serial.taxel:TaxelSerialSource',
     'file': 'tactile_driver.serial.taxel:TaxelFileSource', 'bag': 'tactile_driver.sources.bag:TaxelBagSource'})
-FORCE_TAXEL_SOURCES: Sources = PluginTable('tactile_driver.force_taxel_sources', {
-    'sim': 'tactile_driver.serial.force_taxels:VectorSimulatedSource', 'device': 'tactile_driver.serial.force_taxels:VectorSerialSource',
-    'file': 'tactile_driver.serial.force_taxels:VectorFileSource', 'bag': 'tactile_driver.sources.bag:VectorBagSource'})
 #: Names of the sources of nodes that subscribe to topics themselves, too.
-CAMERA_CHOICES, DUAL_CAMERA_CHOICES, FORCE_TAXEL_CHOICES = (
-    table.extended({'topics': None}) for table in (CAMERA_SOURCES, DUAL_CAMERA_SOURCES, FORCE_TAXEL_SOURCES))
+CAMERA_CHOICES, DUAL_CAMERA_CHOICES = (table.extended({'topics': None}) for table in (CAMERA_SOURCES, DUAL_CAMERA_SOURCES))
 
 
 def make_source(sources: Sources, values: Mapping, clock: Clock) -> Source:

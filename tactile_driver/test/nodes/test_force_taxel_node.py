@@ -8,8 +8,8 @@ from std_msgs.msg import Float32MultiArray
 from waiting import until
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.force_taxel_node import ForceTaxelNode
-from tactile_driver.nodes.messages.taxels import taxels_of_message
+from tactile_driver.force_taxels.messages import taxels_of_message
+from tactile_driver.force_taxels.node import ForceTaxelNode
 
 
 @pytest.fixture

@@ -5,11 +5,5 @@
 
 PYBIND11_MODULE(_core, module) {
     module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
-    tactile::border::bind_dots(module);
-    tactile::border::bind_touchpad(module);
-    tactile::border::bind_common(module);
-    tactile::border::bind_finger(module);
-    tactile::border::bind_press(module);
-    tactile::border::bind_taxel(module);
-    tactile::border::bind_force_taxels(module);
+    for (const auto& [name, bind] : tactile::border::Subject::all()) bind(module);
 }

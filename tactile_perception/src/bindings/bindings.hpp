@@ -1,18 +1,24 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Bindings of subjects that have a file of their own.
+// How the bindings of a subject, in its own folder, become part of the module.
 #pragma once
 
 #include <pybind11/pybind11.h>
 
+#include <map>
+#include <string>
+
 namespace tactile::border {
 
-void bind_dots(pybind11::module_& module);
-void bind_force_taxels(pybind11::module_& module);
-void bind_touchpad(pybind11::module_& module);
-void bind_common(pybind11::module_& module);
-void bind_finger(pybind11::module_& module);
-void bind_press(pybind11::module_& module);
-void bind_taxel(pybind11::module_& module);
+// A static object of this type adds a function that binds a subject.
+struct Subject {
+    using Bind = void (*)(pybind11::module_&);
+    Subject(const char* name, Bind bind) { all()[name] = bind; }
+    // By name.
+    static std::map<std::string, Bind>& all() {
+        static std::map<std::string, Bind> subjects;
+        return subjects;
+    }
+};
 
 }  // namespace tactile::border

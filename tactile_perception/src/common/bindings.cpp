@@ -28,7 +28,7 @@ const Camera& checked_camera(const Camera& camera) {
 
 }  // namespace
 
-void bind_common(py::module_& parent) {
+static void bind_common(py::module_& parent) {
     using Doubles = Array<double>;
     py::module_ module = parent.def_submodule("common", "What sensors share: surfaces, outlines, points, cameras.");
     def(
@@ -77,5 +77,7 @@ void bind_common(py::module_& parent) {
         },
         "uv (N, 2)", py::kw_only(), "centre (3) [-1e9, 1e9]", "plane_z [-1e9, 1e9]");
 }
+
+static const Subject SUBJECT("common", bind_common);
 
 }  // namespace tactile::border

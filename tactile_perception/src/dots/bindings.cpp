@@ -85,7 +85,7 @@ TrackLinks links(const Rows2& last, const Rows2& predicted, const Rows2& first, 
 
 }  // namespace
 
-void bind_dots(py::module_& parent) {
+static void bind_dots(py::module_& parent) {
     py::module_ module = parent.def_submodule("dots", "Dots: detection, and their lattice.");
     using F = FoundDots;
     class_of<F>(module, "FoundDots", "Dots of an image.",
@@ -156,5 +156,7 @@ void bind_dots(py::module_& parent) {
         links, "last (M=2..1000000, 2) [-1e12, 1e12]", "predicted (M, 2) [-1e12, 1e12]", "first (M, 2) [-1e12, 1e12]", "seen (M)",
         "dots (N=1..1000000, 2) [-1e12, 1e12]", "size");
 }
+
+static const Subject SUBJECT("dots", bind_dots);
 
 }  // namespace tactile::border

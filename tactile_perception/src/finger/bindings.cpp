@@ -74,7 +74,7 @@ Estimates estimate(PsdFinger& finger, const py::object& volts, double stamp_s, d
 
 }  // namespace
 
-void bind_finger(py::module_& parent) {
+static void bind_finger(py::module_& parent) {
     py::module_ module = parent.def_submodule("finger", "The PSD finger: batches of voltages in, contacts out.");
     module.attr("OUT_OF_RANGE") = static_cast<int>(OUT_OF_RANGE);
     module.attr("AMBIGUOUS") = static_cast<int>(AMBIGUOUS);
@@ -123,5 +123,7 @@ void bind_finger(py::module_& parent) {
         estimate, "volts", "stamp_s", "period");
     def(finger, "set_reference", "Measure the untouched state again, from the next samples.", &PsdFinger::set_reference);
 }
+
+static const Subject SUBJECT("finger", bind_finger);
 
 }  // namespace tactile::border

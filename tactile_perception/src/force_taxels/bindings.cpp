@@ -58,7 +58,7 @@ void bind_skin(py::module_& module) {
 
 }  // namespace
 
-void bind_force_taxels(py::module_& parent) {
+static void bind_force_taxels(py::module_& parent) {
     py::module_ module = parent.def_submodule("force_taxels", "Taxels that measure force vectors: contacts, wrench and slip.");
     bind_skin(module);
     using L = SlipLimits;
@@ -76,7 +76,7 @@ void bind_force_taxels(py::module_& parent) {
                               get("friction_sigma", &F::friction_sigma, "its standard deviation"),
                               get("moving", &F::moving, "probability that the object moves"));
     init(
-        filter, [](std::int64_t count, const L& limits) { return F(count, limits); }, "count [1, 1e6]",
+        filter, [](const Array<double>& tilt, const L& limits) { return F(tilt.vector(), limits); }, "tilt (N)",
         py::arg_v("limits", L{}, "SlipLimits()"));
     def(filter, "reset", "Starts again without a history; what is known of friction is kept.", &F::reset);
     def(
@@ -88,5 +88,7 @@ void bind_force_taxels(py::module_& parent) {
         },
         "force (N, 3)", "noise (N, 3)", "offset (N, 3)", "touched (N)", "is_new (N)", "interval [0, 1e30]");
 }
+
+static const Subject SUBJECT("force_taxels", bind_force_taxels);
 
 }  // namespace tactile::border

@@ -16,6 +16,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double CARRIED = 0.1;        // part of a taxel's force that the elastomer carries to the next one: less shows no contact there
+constexpr double TINY = 1e-30;         // against a division by zero
 constexpr double SPREAD = 1.0 / 12.0;  // variance of a position within a taxel, in squared pitches: an even distribution
 
 double cross(const Vector2d& a, const Vector2d& b, const Vector2d& c) {
@@ -151,6 +152,15 @@ std::pair<Wrench, WrenchCovariance> Skin::wrench(const double* components, const
         Vector3d force = Vector3d::Zero(), uncertain = Map<const Vector3d>(variance + 3 * k);
         if (alive[k] && bears[k]) {
             force = Map<const Vector3d>(components + 3 * k);
+            if (!touched[k]) {
+                // What the elastomer carries over, of which this is known before it is measured: its size.
+                double carried = 0;
+                for (std::ptrdiff_t j = 0; j < width(); ++j)
+                    if (const std::int64_t next = around(k)[j]; touched[next])
+                        carried = std::max(carried, CARRIED * CARRIED * Map<const Vector3d>(components + 3 * next).squaredNorm());
+                const Eigen::Array3d gain = carried / (carried + uncertain.array().max(TINY));
+                force.array() *= gain, uncertain.array() *= gain;
+            }
             squares += force.squaredNorm();
             uncertain.array() += error * error * force.squaredNorm();
         }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <utility>
 
 namespace tactile::force_taxels {
 
@@ -21,8 +23,21 @@ constexpr double LOGISTIC = 1.702;            // a logistic function of this slo
 double square(double x) {
     return x * x;
 }
+// Within 3e-6 of the exponential function for |x| < 700, and without a call, so that the compiler computes several at once.
+inline double quick_exp(double x) {
+    constexpr double SHIFT = 0x1.8p52;  // the lowest bits of a number plus this are its integer part
+    const double doublings = x * (1 / M_LN2), shifted = doublings + SHIFT, part = (doublings - (shifted - SHIFT)) * M_LN2;
+    const double series = 1 + part * (1 + part * (1.0 / 2 + part * (1.0 / 6 + part * (1.0 / 24 + part / 120))));
+    std::int64_t exponent, bits;
+    std::memcpy(&exponent, &shifted, sizeof exponent);
+    std::memcpy(&bits, &series, sizeof bits);
+    bits += static_cast<std::int64_t>(static_cast<std::uint64_t>(exponent) << 52);
+    double result;
+    std::memcpy(&result, &bits, sizeof result);
+    return result;
+}
 double normal_below(double deviations) {
-    return 1 / (1 + std::exp(-LOGISTIC * std::clamp(deviations, -MAX_EVIDENCE, MAX_EVIDENCE)));
+    return 1 / (1 + quick_exp(-LOGISTIC * std::clamp(deviations, -MAX_EVIDENCE, MAX_EVIDENCE)));
 }
 double probability(double x) {
     return std::clamp(x, MIN_PROBABILITY, 1 - MIN_PROBABILITY);
@@ -30,7 +45,8 @@ double probability(double x) {
 
 }  // namespace
 
-SlipFilter::SlipFilter(std::ptrdiff_t count, const SlipLimits& limits) : limits_(limits), taxels_(count) {
+SlipFilter::SlipFilter(std::vector<double> tilt, const SlipLimits& limits)
+    : limits_(limits), tilt_(std::move(tilt)), taxels_(tilt_.size()) {
     for (int k = 0; k < COEFFICIENTS; ++k) {
         coefficient_[k] = LOWEST * std::pow(HIGHEST / LOWEST, k / (COEFFICIENTS - 1.0));
         prior_[k] = -0.5 * square(std::log(coefficient_[k] / limits.median) / std::log(limits.factor));
@@ -110,7 +126,7 @@ void SlipFilter::read(const TaxelForces& frame, std::ptrdiff_t k, Reading& one) 
     one.press_noise = noise[2];
     one.ratio = std::hypot(force[0], force[1]) / one.press;
     const double across = one.noise + 0.5 * (offset[0] + offset[1]), along = noise[2] + offset[2];
-    one.sigma = std::sqrt((across + square(one.ratio) * along) / square(one.press) + square(limits_.skewed));
+    one.sigma = std::sqrt((across + square(one.ratio) * along) / square(one.press) + square(limits_.skewed) + square(tilt_[k]));
     one.is_first = !one.taxel->touched;
     one.counts = frame.is_new[k] && !one.is_first;
 }
@@ -121,16 +137,18 @@ void SlipFilter::rate_ratio(Reading& one) const {
     const auto& [x, y] = one.taxel->shear[LOAD];
     const double before = std::min(one.ratio, std::hypot(x, y) / std::max(one.taxel->press, TINY));
     const double spread = std::max(one.ratio, LOWEST) * std::log(HIGHEST / LOWEST);  // each magnitude of a ratio is as likely
-    double sticks = TINY, stuck = TINY;
+    double cone = TINY, sticks = TINY, stuck = TINY;
     const bool has_grown = before < one.ratio;
     for (int k = 0; k < COEFFICIENTS; ++k) {
         const double sigma = std::sqrt(square(one.sigma) + square(limits_.uneven * coefficient_[k]));
         const double beyond = (coefficient_[k] - one.ratio) / sigma, below = normal_below(beyond);
-        one.cone[k] = std::exp(-0.5 * square(beyond)) / (sigma * std::sqrt(2 * M_PI));
+        one.cone[k] = quick_exp(-0.5 * std::min(square(beyond), 2 * MAX_EVIDENCE)) / (sigma * std::sqrt(2 * M_PI));
         one.below[k] = below / spread;
+        cone += weight_[k] * one.cone[k];
         sticks += weight_[k] * below;
         if (has_grown) stuck += weight_[k] * normal_below((coefficient_[k] - before) / sigma);
     }
+    one.on_cone = cone / (cone + sticks / spread);
     one.begins = one.is_first || !has_grown ? 0 : 1 - sticks / stuck;
 }
 
@@ -145,7 +163,7 @@ void SlipFilter::predict(Reading& one, double interval) {
         taxel.slips = limits_.unchanged, taxel.press = one.press;
     }
     const double change = std::min(limits_.changes * interval, 0.5), stop = std::min(limits_.stops * interval, 0.5);
-    const double begins = std::max(one.begins, change), slips = taxel.slips, on = limits_.same * slips;
+    const double begins = std::max(one.begins, change * one.on_cone), slips = taxel.slips, on = limits_.same * slips * one.on_cone;
     const std::array<Modes, MODES> steps{Modes{1 - change, change * (1 - on), change * on},
                                          Modes{stop, (1 - stop) * (1 - begins), (1 - stop) * begins},
                                          Modes{stop, (1 - stop) * change, (1 - stop) * (1 - change)}};
@@ -200,17 +218,15 @@ void SlipFilter::predict(Reading& one, double interval) {
 // Whether the object moves, by all taxels, and which of them slip.
 void SlipFilter::weigh(std::vector<Reading>& readings, double interval) {
     const double change = std::min(limits_.changes * interval, 0.5), stop = std::min(limits_.stops * interval, 0.5);
-    const double kept = std::min(interval / limits_.texture_s, 1.0), prior = moving * (1 - stop) + (1 - moving) * change;
+    const double kept = std::min(interval / limits_.texture_s, 1.0), half = std::pow(0.5, kept), prior = moving * (1 - stop) + (1 - moving) * change;
     double evidence = 0;
     for (Reading& one : readings) {
         auto& [rest, load, slip] = one.likelihood;
-        double cone = TINY, below = TINY;
-        for (int k = 0; k < COEFFICIENTS; ++k) cone += weight_[k] * one.cone[k], below += weight_[k] * one.below[k];
-        slip = ((1 - limits_.unchanged) * slip + limits_.unchanged * rest) * std::pow(cone / (cone + below), kept);
-        load *= std::pow(below / (cone + below), kept);
+        slip = ((1 - limits_.unchanged) * slip + limits_.unchanged * rest) * std::pow(one.on_cone, kept);
+        load *= std::pow(1 - one.on_cone, kept);
         one.slips = probability(one.arriving[SLIP] / (one.arriving[LOAD] + one.arriving[SLIP]));
         const double moves = one.slips * slip + (1 - one.slips) * load;
-        if (one.counts) evidence += std::log(moves / (rest * std::pow(0.5, kept)));
+        if (one.counts) evidence += std::log(moves / (rest * half));
         one.slips *= slip / moves;
     }
     const double odds = std::log(prior / (1 - prior)) + std::clamp(evidence, -MAX_EVIDENCE, MAX_EVIDENCE);

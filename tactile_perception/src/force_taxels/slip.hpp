@@ -15,19 +15,19 @@ namespace tactile::force_taxels {
 // What decides, each with its unit and origin.
 struct SlipLimits {
     // Rates, prior of a hand at work
-    double changes = 1;  // 1/s: an object at rest begins to move, a taxel slips below the known friction, one that slips sticks again
-    double stops = 4;    // 1/s: an object that moves comes to rest; a hand mostly holds still
+    double changes = 2;  // 1/s: an object at rest begins to move, a taxel slips below the known friction, one that slips sticks again
+    double stops = 2;    // 1/s: an object that moves comes to rest; a hand mostly holds still
     double same = 0.5;   // probability that a motion has the direction of the last one
     // Shear
     double creep = 0.05;     // standard deviations of noise by which shear changes in 0.01 s at rest: silicone rubber
     double texture = 0.02;   // part of shear by which it changes in 0.01 s of slip: friction varies by some percent within a millimetre
-    double unchanged = 0.2;  // probability that a slip changes no force in a frame: textures are uneven
+    double unchanged = 0.3;  // probability that a slip changes no force in a frame: textures are uneven
     double load_s = 0.4;     // s, in which a load reaches the limit of friction, and
     double steady_s = 1;     // s, in which its rate changes as much
     // Friction
     double median = 0.6, factor = 2;  // of the prior: rubber on common objects
     double uneven = 0.08;             // relative standard deviation over a surface
-    double skewed = 0.1;              // standard deviation of the ratio of shear to pressure by gains, tilt and curvature of a taxel
+    double skewed = 0.05;             // standard deviation of the ratio of shear to pressure by gains of a taxel
     double texture_s = 0.1;           // s, over which the ratios of one slip are not independent
     double forgotten = 0.5;           // probability that a new touch is of another object
     double outlier = 1e-3;            // likelihood of what fits no mode, so that one taxel decides nothing
@@ -43,7 +43,8 @@ struct TaxelForces {
 
 class SlipFilter {
  public:
-    SlipFilter(std::ptrdiff_t count, const SlipLimits& limits);
+    // tilt: of each taxel, rad, standard deviation of the surface's normal within its cell.
+    SlipFilter(std::vector<double> tilt, const SlipLimits& limits);
     // Starts again without a history; what is known of friction is kept.
     void reset();
     // Probability (N) that each taxel slips, interval s after the last frame.
@@ -75,6 +76,7 @@ class SlipFilter {
         double press, noise, press_noise, ratio, sigma;  // noise: variance of an axis; ratio: of shear to pressure
         bool is_first, counts;
         Coefficients cone, below;  // density of the ratio for each coefficient: of a taxel at its friction cone, and of one that sticks
+        double on_cone;            // probability that the taxel is at its friction cone, by the ratio alone
         double begins;             // probability that a load begins to slip
         Modes arriving, likelihood;
         double slips;
@@ -87,6 +89,7 @@ class SlipFilter {
     void set_weights(const Coefficients& log);
 
     SlipLimits limits_;
+    std::vector<double> tilt_;
     std::vector<Taxel> taxels_;
     Coefficients coefficient_, prior_, log_, weight_;  // log_: of weight_
 };

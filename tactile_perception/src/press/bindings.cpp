@@ -198,10 +198,12 @@ void bind_dome(py::module_& module) {
 
 }  // namespace
 
-void bind_press(py::module_& parent) {
+static void bind_press(py::module_& parent) {
     py::module_ module = parent.def_submodule("press", "Presses of sheets and domes.");
     bind_sheet(module);
     bind_dome(module);
 }
+
+static const Subject SUBJECT("press", bind_press);
 
 }  // namespace tactile::border

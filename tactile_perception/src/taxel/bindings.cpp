@@ -243,12 +243,14 @@ void bind_motion(py::module_& module) {
 
 }  // namespace
 
-void bind_taxel(py::module_& parent) {
+static void bind_taxel(py::module_& parent) {
     py::module_ module = parent.def_submodule("taxel", "The taxel array's compiled part: signal, contact regions, surface shear, motion.");
     bind_signal(module);
     bind_regions(module);
     bind_shear(module);
     bind_motion(module);
 }
+
+static const Subject SUBJECT("taxel", bind_taxel);
 
 }  // namespace tactile::border

@@ -253,11 +253,13 @@ void bind_contact(py::module_& module) {
 
 }  // namespace
 
-void bind_touchpad(py::module_& parent) {
+static void bind_touchpad(py::module_& parent) {
     py::module_ module = parent.def_submodule("touchpad", "The touchpad: colour to range, the membrane, contact, stick and slip.");
     bind_water(module);
     bind_membrane(module);
     bind_contact(module);
 }
+
+static const Subject SUBJECT("touchpad", bind_touchpad);
 
 }  // namespace tactile::border

@@ -7,7 +7,7 @@ the group ``tactile_perception.sensor_types`` (docs/extending.md).
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from pkgutil import resolve_name
@@ -45,6 +45,9 @@ class SensorType:
         Name of the type whose RViz configuration serves this one too; ``''``, its own.
     uncalibrated : str
         What a launch file says when no calibration is given; ``''``, nothing.
+    known_by : str
+        Number of the perception node that, above 0, replaces a calibration, as the unit of a sensor that its maker has calibrated; ``''``,
+        none.
     raw : Mapping
         Parameter of the driver to topic of the raw data.
     sources : tuple of str
@@ -68,6 +71,17 @@ class SensorType:
     loaded : str
         How a guided calibration loads the sensor with known weights instead of pressing it, as in ``lay 5 N on, evenly``; ``''``, where it
         does not.
+    parameters : str
+        Table of the parameters that all its nodes share, the section ``/**`` of its parameter files, as ``module:TABLE``.
+    files : Mapping
+        Parameter files of real sensors that are generated from the tables of the nodes: name to the comment at the top, and the values
+        that differ from the defaults.
+    simulated : Mapping
+        Values of ``TYPE_sim.yaml`` that differ from the defaults.
+    simulation : str
+        The `SceneWriter` of its simulated scenes, as ``module:NAME``; ``''``, that of the driver.
+    calibration_scene : tuple
+        Scene, rate in Hz and options of `calibrate` by which ``calibration/TYPE_sim.yaml`` is made; empty, there is none.
     has_motion : bool
         Whether the `motion` of its contact region is that of the object in space, by which a hand follows what it holds.
     """
@@ -79,6 +93,7 @@ class SensorType:
     params: str = ''
     rviz: str = ''
     uncalibrated: str = ''
+    known_by: str = ''
     raw: Mapping[str, str] = field(default_factory=lambda: {'topic': 'image_raw'})
     sources: tuple[str, ...] = ('sim', 'device', 'file', 'bag')
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -88,12 +103,27 @@ class SensorType:
     calibrate_options: tuple[str, ...] = ()
     pressed_surface: str = ''
     loaded: str = ''
+    parameters: str = ''
+    files: Mapping[str, tuple[str, Mapping]] = field(default_factory=dict)
+    simulated: Mapping = field(default_factory=dict)
+    simulation: str = ''
+    calibration_scene: tuple[str, float, Mapping] | tuple[()] = ()
     has_motion: bool = False
 
     @property
     def calibrator(self) -> Callable[..., str] | None:
         """The function that `calibrate` names, imported now; None for a type that is not calibrated."""
         return resolve_name(self.calibrate) if self.calibrate else None
+
+    @property
+    def shared_parameters(self) -> Sequence:
+        """The table that `parameters` names, imported now."""
+        return resolve_name(self.parameters)
+
+    @property
+    def scenes(self) -> object | None:
+        """The SceneWriter that `simulation` names, imported now; None for a type that names none."""
+        return resolve_name(self.simulation) if self.simulation else None
 
     def read_pressed_surface(self, params: Path) -> object:
         """Surface on which a guided calibration presses.
@@ -138,7 +168,7 @@ NODES: Mapping[str, type] = PluginTable('tactile_perception.nodes', {
     'dual_camera_node': 'tactile_driver.nodes.dual_camera_node:DualCameraNode',
     'psd_node': 'tactile_driver.nodes.psd_node:PsdNode',
     'taxel_array_node': 'tactile_driver.nodes.taxel_array_node:TaxelArrayNode',
-    'force_taxel_node': 'tactile_driver.nodes.force_taxel_node:ForceTaxelNode',
+    'force_taxel_node': 'tactile_driver.force_taxels.node:ForceTaxelNode',
     'dot_tracker_node': _ROOM + 'dots.stage:DotStage',
     'touchpad_contact_node': _ROOM + 'touchpad.stage:TouchpadStage',
     'press_contact_node': _ROOM + 'press.stage:MarkerStage',

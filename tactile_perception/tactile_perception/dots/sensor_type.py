@@ -10,4 +10,5 @@ DOTS = SensorType(
     rviz='touchpad',
     sources=CAMERA_SOURCES,
     arguments=CAMERA_INFO,
+    parameters='tactile_perception.dots.parameters:DOT_SENSOR_PARAMETERS',
 )

@@ -101,12 +101,12 @@ class ForceTaxelsEstimator:
 
     def _begin(self, taxels: Taxels) -> None:
         count = len(taxels.positions)
-        self.taxels, self.baseline, self.slip = taxels, Baseline(count), SlipFinder(count)
+        self.taxels, self.baseline, self.slip = taxels, Baseline(count), SlipFinder(taxels.tilt)
         self._contacts, self._stamp_s = ContactFinder(taxels), None
         self._reading, self._broken, self._near = np.zeros((count, 3)), np.zeros(count, bool), np.zeros(count, bool)
 
-    def process(self, positions: np.ndarray, vectors: np.ndarray, normals: np.ndarray | None, stamp_s: float) -> ForceTaxelsResult:
-        """Contact, slip and wrench of one frame.
+    def process(self, positions: np.ndarray, vectors: np.ndarray, normals: np.ndarray | None, stamp_s: float) -> ForceTaxelsResult | None:
+        """Contact, slip and wrench of one frame; None before the untouched readings are known.
 
         Parameters
         ----------
@@ -135,15 +135,8 @@ class ForceTaxelsEstimator:
         self._stamp_s = stamp_s
         force = self.baseline.update(reading, interval, stamp_s)
         if not self.baseline.is_known:
-            return self._unknown(force)
+            return None
         return self._estimate(force, interval, stamp_s)
-
-    def _unknown(self, force: np.ndarray) -> ForceTaxelsResult:
-        """Nothing is known before the untouched readings are."""
-        region = ContactRegionEstimate(np.arange(len(force)), np.zeros(len(force), np.uint8))
-        state = np.full(len(force), UNKNOWN, np.uint8)
-        return ForceTaxelsResult(region, [], SlipEstimate(), np.full(6, np.nan), np.full((6, 6), np.nan),
-                                 partial(self._points, np.full(force.shape, np.nan), state), force)
 
     def _estimate(self, force: np.ndarray, interval: float, stamp_s: float) -> ForceTaxelsResult:
         baseline, taxels, response = self.baseline, self.taxels, self._response

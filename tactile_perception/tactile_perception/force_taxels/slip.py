@@ -10,7 +10,7 @@ from ..common.estimates import SlipEstimate, next_state
 
 
 class SlipFinder:
-    """Tells sticking from slipping by Coulomb's law and by the changes of shear: src/force_taxels/slip.hpp.
+    """Tells sticking from slipping by Coulomb's law and by the changes of shear: src/force_taxels/slip.hpp. tilt: (N,) rad.
 
     Attributes
     ----------
@@ -18,8 +18,8 @@ class SlipFinder:
         Probability that the object moves, and that each taxel slips; the coefficient of friction.
     """
 
-    def __init__(self, count: int):
-        self.filter, self._state = SlipFilter(count), 0
+    def __init__(self, tilt: np.ndarray):
+        self.filter, self._state = SlipFilter(tilt), 0
 
     @property
     def friction(self) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from sensor_msgs.msg import PointCloud2
 
-from tactile_driver.nodes.messages.taxels import taxels_of_message
+from tactile_driver.force_taxels.messages import taxels_of_message
 
 from ..common import messages as convert
 from ..core.calibration_file import read_calibration
@@ -56,7 +56,7 @@ class ForceTaxelsStage(Stage):
     def estimate(self, message: PointCloud2, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
         """The estimates of one cloud, under its header; none until the untouched readings are known."""
         result = self.estimator.process(*taxels_of_message(message), stamp_s)
-        if not self.estimator.baseline.is_known:
+        if result is None:
             return {}
         self._wrench_sigma = np.sqrt(np.diag(result.wrench_covariance))
         return convert.results_to_messages(result, message.header, topics)

@@ -35,6 +35,8 @@ class Taxels:
         Contacts and the wrench, in C++.
     pitch : float
         Median distance to the nearest taxel, in m.
+    tilt : ndarray, shape (N,)
+        Standard deviation of the surface's normal within the cell of a taxel, in rad.
     neighbours : ndarray of int, shape (N, K)
         Of each taxel, filled up with itself.
 
@@ -59,6 +61,9 @@ class Taxels:
         near = (away < _NEAR * self.pitch) & (self.normals @ self.normals.T > _SAME_SIDE)
         order = np.argsort(~near, axis=1, kind='stable')[:, :max(int(near.sum(axis=1).max()), 1)]
         self.neighbours = np.where(np.take_along_axis(near, order, axis=1), order, np.arange(len(positions))[:, None])
+        turned = np.einsum('nkj,nj->nk', self.normals[self.neighbours], self.normals)
+        others = np.maximum((self.neighbours != np.arange(len(positions))[:, None]).sum(axis=1), 1)
+        self.tilt = np.sqrt((np.arccos(np.clip(turned, -1, 1))**2).sum(axis=1) / others / 12)
         self.skin = Skin(self.positions, self.normals, self.axes, self.neighbours, self.pitch)
 
     def fits(self, positions: np.ndarray, normals: np.ndarray | None) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactile_driver.nodes.messages.taxels import taxels_of_message
+from tactile_driver.force_taxels.messages import taxels_of_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 

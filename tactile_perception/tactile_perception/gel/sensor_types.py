@@ -10,6 +10,7 @@ _CAMERA = partial(SensorType, driver='camera_node', rviz='touchpad', sources=CAM
 GEL = _CAMERA(
     perception='gel_contact_node',
     params='gelsight_mini.yaml',
+    parameters='tactile_perception.gel.parameters:GEL_SENSOR_PARAMETERS',
     calibration_parameters=('gel.thickness', 'gel.dot_depth', 'gel.poisson_ratio', 'gel.scale', 'gel.pitch', 'camera.translation'),
     calibrate='tactile_perception.gel.tools:calibrate_weights',
     calibrate_options=('weight',),
@@ -18,6 +19,8 @@ GEL = _CAMERA(
 PINS = _CAMERA(
     perception='pins_contact_node',
     params='pin_dome.yaml',
+    parameters='tactile_perception.gel.parameters:PINS_SENSOR_PARAMETERS',
+    calibration_scene=('pins_calib', 4.0, {}),
     uncalibrated='contacts have neither position nor depth; record presses at known positions',
     calibration_parameters=('rows', 'columns'),
     calibrate='tactile_perception.gel.tools:calibrate_pins',

@@ -5,6 +5,7 @@ from functools import partial
 
 from ..core.sensor_type import CAMERA_INFO, CAMERA_POSE, CAMERA_SOURCES, SensorType
 
+_RATE = 3.0  # Hz of the calibration scenes: two to four frames per depth
 _MARKER_SENSOR = partial(
     SensorType,
     perception='press_contact_node',
@@ -12,10 +13,11 @@ _MARKER_SENSOR = partial(
     sources=CAMERA_SOURCES,
     calibrate='tactile_perception.press.tools:calibrate_markers',
     pressed_surface='tactile_perception.press.parameters:read_marker_sensor',
+    parameters='tactile_perception.press.parameters:MARKER_SENSOR_PARAMETERS',
 )
 _SHEET = partial(_MARKER_SENSOR, calibration_parameters=('rows', 'columns', 'pitch', 'sheet_size'), calibrate_options=('plate',))
 
-AREAL_SINGLE = _SHEET('camera_node', arguments=CAMERA_INFO)
+AREAL_SINGLE = _SHEET('camera_node', arguments=CAMERA_INFO, calibration_scene=('areal_single_calibration', _RATE, {}))
 AREAL_DUAL = _SHEET(
     'dual_camera_node',
     raw={'topic': 'left/image_raw', 'right_topic': 'right/image_raw'},
@@ -24,9 +26,11 @@ AREAL_DUAL = _SHEET(
                'right_path': 'file: the right video or folder of images',
                'right_topic': 'bag, topics: the right images; topic has the left ones'},
     stitched=True,
+    calibration_scene=('areal_dual_calibration', _RATE, {}),
 )
 AIR_CUSHION = _MARKER_SENSOR(
     'camera_node',
     arguments=CAMERA_INFO,
     calibration_parameters=('rows', 'columns', 'dome.rim_radius', 'dome.height', *CAMERA_POSE),
+    calibration_scene=('air_cushion_calibration', _RATE, {}),
 )

@@ -10,5 +10,7 @@ TAXEL_ARRAY = SensorType(
     uncalibrated='regions, motion and slip are reported, pressure and force are unknown; record known weights',
     calibration_parameters=('rows', 'columns', 'pitch', 'bits'),
     calibrate='tactile_perception.taxel.tools:calibrate_taxels',
+    calibration_scene=('plate', 20.0, {}),
+    parameters='tactile_perception.taxel.parameters:TAXEL_SENSOR_PARAMETERS',
     loaded='with a flat plate over all taxels',
 )

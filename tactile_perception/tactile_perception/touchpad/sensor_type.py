@@ -8,6 +8,7 @@ TOUCHPAD = SensorType(
     perception='touchpad_contact_node',
     sources=CAMERA_SOURCES,
     arguments=CAMERA_INFO,
+    parameters='tactile_perception.touchpad.parameters:TOUCHPAD_SENSOR_PARAMETERS',
     calibration_parameters=('rows', 'columns', 'cap.curvature_radius', 'cap.height', *CAMERA_POSE),
     calibrate='tactile_perception.touchpad.tools:calibrate_touchpad',
     calibrate_options=('sphere_radius',),

@@ -10,12 +10,12 @@ import yaml
 from geometry_msgs.msg import Wrench, WrenchStamped
 
 from tactile_driver.force_taxels import TaxelFrame
+from tactile_driver.force_taxels.messages import taxels_to_message
+from tactile_driver.force_taxels.sources import simulated_frame
 from tactile_driver.nodes.messages.conversions import header_of, vector
-from tactile_driver.nodes.messages.taxels import taxels_to_message
 from tactile_driver.recordings.writer import write_messages
-from tactile_driver.serial.force_taxels import simulated_frame
-from tactile_driver.simulation.vectors.device import DEVICES
-from tactile_driver.simulation.vectors.scene import VECTOR_SCENES, Key, VectorScene, VectorScript, open_vector_scene
+from tactile_driver.simulation.force_taxels.device import DEVICES
+from tactile_driver.simulation.force_taxels.scene import VECTOR_SCENES, Key, VectorScene, VectorScript, open_vector_scene
 from tactile_perception.core.errors import BadCalibration, BadFrame
 from tactile_perception.core.parameter_files import read_parameters
 from tactile_perception.force_taxels.estimator import ForceTaxelsEstimator, Response
@@ -45,7 +45,9 @@ def played(scene, response, edit=lambda stamp, frame: frame):
     estimator, found = ForceTaxelsEstimator(response), []
     for stamp, frame, truth in frames_of(scene):
         frame = edit(stamp, frame)
-        found.append((stamp - 1.0, estimator.process(frame.positions, frame.forces, frame.normals, stamp), truth))
+        result = estimator.process(frame.positions, frame.forces, frame.normals, stamp)
+        assert (result is None) == (stamp < 2.0), 'nothing is known in the first second'
+        found += [(stamp - 1.0, result, truth)] if result else []
     return found, estimator
 
 
@@ -75,8 +77,6 @@ def test_nothing_is_reported_untouched(pressing):
     for now, result, _ in pressing:
         if 1.1 < now < 1.9 or now > 5.2:
             assert not result.contacts and result.region.area == 0 and not result.wrench.any()
-        if now < 0.9:
-            assert np.isnan(result.wrench).all() and not result.contacts
 
 
 def test_the_wrench_is_that_of_the_object_within_its_stated_error(pressing):
@@ -160,7 +160,7 @@ def test_a_device_that_repeats_its_readings_shows_no_touch_and_the_same_press():
             new = rng.random(16) < 0.25
             shown = frame.forces.copy() if shown is None else np.where(new[:, None], frame.forces, shown)
             result = estimator.process(frame.positions, shown, frame.normals, stamp + part / (4 * RATE))
-        count += bool(result.contacts) and not truth.contacts
+        count += bool(result and result.contacts) and not truth.contacts
         if 3.6 < stamp < 5.2:
             assert len(result.contacts) == 1 and result.slip.state == 0
     assert count <= 10  # while the last readings are still those of the touch

@@ -10,16 +10,16 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32MultiArray
 
 from ..errors import BadArgument
-from ..force_taxels import TaxelFrame, read_layout, taxel_frame
-from ..parameters.drivers import FORCE_TAXEL_DRIVER_PARAMETERS, check_together
-from ..sources.registry import FORCE_TAXEL_SOURCES
+from ..nodes.driver_node import DriverNode, Stream
+from ..nodes.messages.conversions import header_of
+from ..nodes.received_messages import ReceivedMessages
+from ..nodes.runtime.host import AdaptiveSubscription, Host
+from ..nodes.runtime.run import process_of
+from ..parameters.drivers import check_together
 from ..sources.source import Source
-from .driver_node import DriverNode, Stream
-from .messages.conversions import header_of
-from .messages.taxels import taxels_to_message
-from .received_messages import ReceivedMessages
-from .runtime.host import AdaptiveSubscription, Host
-from .runtime.run import process_of
+from .layout import TaxelFrame, read_layout, taxel_frame
+from .messages import taxels_to_message
+from .parameters import FORCE_TAXEL_DRIVER_PARAMETERS, FORCE_TAXEL_SOURCES
 
 _MAX_QUEUE = 100  # frames that wait
 
@@ -64,9 +64,10 @@ class ForceTaxelNode(DriverNode):
     """Taxels of one sensor."""
 
     keep = 100  # slip is estimated from successive frames, none may be lost
+    parameters = FORCE_TAXEL_DRIVER_PARAMETERS
 
     def __init__(self, host: Host | None = None):
-        super().__init__('force_taxel_node', FORCE_TAXEL_DRIVER_PARAMETERS, 'force taxels', host)
+        super().__init__('force_taxel_node', self.parameters, 'force taxels', host)
         self.raw = [self.create_lifecycle_publisher(PointCloud2, 'taxels', self.raw_qos)]
 
     def open_source(self, values: dict) -> Source:

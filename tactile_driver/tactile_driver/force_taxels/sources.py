@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..force_taxels import TaxelFrame, TaxelLayout, read_layout, taxel_frame
-from ..simulation.vectors.scene import open_vector_scene
+from ..serial.frame_sources import FrameFileSource, FrameSerialSource
+from ..serial.frames import VECTORS, BinaryReader
+from ..simulation.force_taxels.scene import open_vector_scene
 from ..sources.array_file import read_vector_file
 from ..sources.source import Clock, SceneSource
-from .frame_sources import FrameFileSource, FrameSerialSource
-from .frames import VECTORS, BinaryReader
+from .layout import TaxelFrame, TaxelLayout, read_layout, taxel_frame
 
 _RATE = 100.0  # Hz of a file without times, as the simulated devices
 

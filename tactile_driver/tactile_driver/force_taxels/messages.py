@@ -7,9 +7,9 @@ import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-from ...errors import BadFrame
-from ...force_taxels import TaxelFrame
-from .conversions import bytes_of
+from ..errors import BadFrame
+from ..nodes.messages.conversions import bytes_of
+from .layout import TaxelFrame
 
 POSITION, FORCE, NORMAL = ('x', 'y', 'z'), ('fx', 'fy', 'fz'), ('normal_x', 'normal_y', 'normal_z')
 _FIELDS = (*POSITION, *FORCE, *NORMAL)

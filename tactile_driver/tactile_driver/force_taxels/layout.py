@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from .errors import BadArgument, BadFrame
+from ..errors import BadArgument, BadFrame
 
 _MIN_LENGTH = 1e-6  # of a vector that gives a direction
 
