@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from math import lgamma
 
 import cv2
 import numpy as np
@@ -40,9 +41,8 @@ _NOISE = 1.0  # grey levels, regularises the normalisation of flat regions
 CORRELATIONS = 0.7, 0.85, 0.92  # with a disc: of the blobs of any image 60 % have less than the first, 5 and 1 % more than the others
 _SHAPE_ODDS = -0.8, 0.0, 0.7, 1.5  # of worn dots 10 % have less than the first, 60 and 30 % more than the others
 _SHAPED = 5.0  # px, diameter: any smaller speck is a disc, which then says nothing
-# Of a disc with the sign and contrast of the pattern, and of one of the other sign or half as strong: in any image half of the discs, in a
-# print 98 % and 2 %.
-_OWN_ODDS, _OTHER_ODDS = 0.29, -1.4
+_OWN_SHARE = 0.98  # of the discs in a print, those that have its sign and contrast; others have the other sign or are half as strong
+_OWN_ODDS, _OTHER_ODDS = np.log10([2 * _OWN_SHARE, 2 - 2 * _OWN_SHARE])  # of one disc alone, where half of the discs in any image are such
 _LEVELS = 20, 50, 80, 95  # percent of the discs' contrasts, tried as that of the pattern
 # Of the logarithms of a dot's contrast and diameter about its neighbours': least standard deviation in a print, and range in any image,
 # where they are uniform; and the share of dots under glare or dirt, whose standard deviation is so many times larger.
@@ -53,7 +53,7 @@ _CHANCE, _MAX_REGULAR = 0.2, 0.95  # share of neighbours with such a third dot: 
 # or dots of 6 px in a binary image, have up to 0.9, but are farther apart.
 _MAX_SQUARENESS, _MESH_PITCH = 0.68, 2.0  # the second in diameters
 _GREY_GAIN = 1.25  # of the noise of one channel over that of the mean of three that depend on each other a little
-MIN_LOG_ODDS = 13.0  # of which 3 pay for the sizes, signs, channels and contrasts that are tried
+MIN_LOG_ODDS = 9.0  # 3 for the sizes, signs, channels and contrasts that are tried, 6 for one error in a million images
 
 LARGEST_FITTED = 14.0  # px: larger dots are fitted in a reduced image, which bounds the time
 _SAMPLE = 120  # dots from which blur and sizes are measured: bounds the time
@@ -194,7 +194,8 @@ def _squareness(grey, pattern: Pattern) -> float:
 def find_candidates(image: np.ndarray, sign: int) -> dict[int, Peaks]:
     """Every blob of an image, (H, W) or (H, W, 3) uint8, that could be a dot, alone: by sign, 1 bright, -1 dark; sign 0: both."""
     found, signs = {}, (sign,) if sign else (-1, 1)
-    scales = _all_peaks(select_channel(image, CHANNELS[-1]), signs)
+    grey = select_channel(image, CHANNELS[-1])
+    scales = _all_peaks(grey, signs, _min_contrast(grey))
     for each in signs:
         peaks = merge([scale[each] for scale in scales], OVERLAP * _DIAMETERS[0])
         peaks = peaks.take(peaks.correlation > CORRELATIONS[0])
@@ -207,33 +208,39 @@ def find_candidates(image: np.ndarray, sign: int) -> dict[int, Peaks]:
 
 def _in_best_channel(image, colours, pattern: Pattern) -> Pattern:
     """The pattern in the channel with the highest contrast; in grey where others have little more, since their noise is independent."""
-    contrast = {}
+    strength = {}
     for channel in (*colours, CHANNELS[-1]):
         discs = discs_at(select_channel(image, channel), pattern.sign, pattern.uv, pattern.diameter)
-        contrast[channel] = np.median(discs.amplitude * discs.correlation**4), float(np.median(discs.contrast(pattern.sign)))
-    contrast[CHANNELS[-1]] = _GREY_GAIN * contrast[CHANNELS[-1]][0], contrast[CHANNELS[-1]][1]
-    best = max(contrast, key=lambda channel: contrast[channel][0])
-    return replace(pattern, channel=best, contrast=contrast[best][1])
+        gain = _GREY_GAIN if channel == CHANNELS[-1] else 1
+        strength[channel] = gain * np.median(discs.amplitude * discs.correlation**4), float(np.median(discs.contrast(pattern.sign)))
+    best = max(strength, key=strength.get)
+    return replace(pattern, channel=best, contrast=strength[best][1])
 
 
 def _best_pattern(image, channel: str, signs, best: Pattern | None) -> Pattern | None:
     """The one with the highest odds at any scale of a channel, best or a better one. Its discs have diameters within half an octave."""
-    scales = _all_peaks(select_channel(image, channel), (-1, 1))
+    grey = select_channel(image, channel)
+    limit = _min_contrast(grey)
+    scales = _all_peaks(grey, (-1, 1), limit)
     for k, diameter in enumerate(_DIAMETERS[:len(scales)]):
         wanted = [sign for sign in signs if np.count_nonzero(scales[k][sign].correlation > CORRELATIONS[0]) >= MIN_DOTS]
         if wanted:
             found = {sign: merge([scale[sign] for scale in scales[max(k - 1, 0):k + 2]], OVERLAP * diameter) for sign in (-1, 1)}
             for sign in wanted:
-                pattern = _pattern_of(found[sign], found[-sign], sign, channel)
+                pattern = _pattern_of(found[sign], found[-sign], sign, channel, limit)
                 if pattern is not None and (best is None or pattern.log_odds > best.log_odds):
                     best = pattern
     return best
 
 
-def _all_peaks(grey, signs) -> list[dict[int, Peaks]]:
-    """Discs of all diameters of the search, by sign."""
-    limit = max(MIN_CONTRAST, _MIN_CONTRAST_SIGMAS * _noise(grey))
+def _all_peaks(grey, signs, limit: float) -> list[dict[int, Peaks]]:
+    """Discs of all diameters of the search and a contrast over limit, grey levels, by sign."""
     return [find_peaks(grey, signs, size, limit) for size in _DIAMETERS[MIN_DOTS * _DIAMETERS < min(grey.shape)]]
+
+
+def _min_contrast(grey) -> float:
+    """Contrast from which discs are searched, grey levels."""
+    return max(MIN_CONTRAST, _MIN_CONTRAST_SIGMAS * _noise(grey))
 
 
 def merge(peaks: list[Peaks], apart: float) -> Peaks:
@@ -263,8 +270,9 @@ def _is_coloured(image) -> bool:
     return bool(np.percentile(np.ptp(part, axis=2), 90) > 12)  # grey levels, over noise and white balance
 
 
-def _pattern_of(found: Peaks, opposite: Peaks, sign: int, channel: str) -> Pattern | None:
-    """The pattern of highest odds among discs of about one diameter, over contrasts; None with fewer than six discs."""
+def _pattern_of(found: Peaks, opposite: Peaks, sign: int, channel: str, limit: float) -> Pattern | None:
+    """The pattern of highest odds among discs of about one diameter and a contrast over limit, grey levels, over contrasts; None with fewer
+    than six discs."""
     contrast, shape = np.log(found.contrast(sign)), np.searchsorted(CORRELATIONS, found.correlation)
     own = own_odds(found.correlation, found.diameter)
     against = np.log(opposite.contrast(sign)[opposite.correlation > CORRELATIONS[0]])
@@ -277,16 +285,27 @@ def _pattern_of(found: Peaks, opposite: Peaks, sign: int, channel: str) -> Patte
             np.abs(against - level) < np.log(2))
         log_odds = own[alike].sum() + _OTHER_ODDS * others
         if len(disc) >= MIN_DOTS and (best is None or log_odds > best[0]):
-            best = log_odds, level, disc
+            best = log_odds, level, disc, others
     if best is None:
         return None
-    log_odds, level, disc = best
-    dots, odds, known = likely_dots(found.uv[disc], contrast[disc, None], own[disc])
-    log_odds, disc = log_odds - own[disc].sum() + odds, disc[dots]
+    log_odds, level, disc, others = best
+    # Most blobs of a texture are little above the limit, so that their contrasts are alike, too.
+    is_clear = np.median(found.amplitude[disc]) > 2 * limit
+    dots, odds, known = likely_dots(found.uv[disc], contrast[disc, None] if is_clear else np.zeros((len(disc), 0)), own[disc])
+    count, rejected = np.count_nonzero(dots), np.count_nonzero(~dots)
+    log_odds += odds - own[disc].sum() - count * _OWN_ODDS - (rejected + others) * _OTHER_ODDS + _sign_odds(count, rejected + others)
+    disc = disc[dots]
     regular = 0.0 if known is None else known.regular
     if len(disc) < (MIN_DOTS if regular > 2 * _CHANCE else _MIN_IRREGULAR):
         return None
     return Pattern(sign, channel, float(np.median(found.diameter[disc])), float(np.exp(level)), float(log_odds), found.uv[disc], regular)
+
+
+def _sign_odds(own: int, others: int) -> float:
+    """Decimal log odds of that many discs of the pattern's sign and contrast beside others. In any image the share of discs of a sign is
+    the same for all, and uniform from 0 to 1: stars and sparks are bright."""
+    by_chance = lgamma(own + 1) + lgamma(others + 1) - lgamma(own + others + 2)
+    return float(own * np.log10(_OWN_SHARE) + others * np.log10(1 - _OWN_SHARE) - by_chance / np.log(10))
 
 
 def own_odds(correlation: np.ndarray, diameter: np.ndarray) -> np.ndarray:

@@ -178,6 +178,13 @@ def unmarked_gel(seed):
     return np.clip(cv2.GaussianBlur(image, (0, 0), 1) + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
 
 
+def specks(seed):
+    """(240, 320) uint8 of a gel without markers whose silicone holds faint bright specks, and noise."""
+    rng, image = np.random.default_rng(seed), np.zeros((240, 320), np.float32)
+    image[rng.integers(0, 240, 500), rng.integers(0, 320, 500)] = rng.exponential(200, 500)
+    return np.clip(120 + cv2.GaussianBlur(image, (0, 0), 1.4) + rng.normal(0, 1, image.shape), 0, 255).astype(np.uint8)
+
+
 def turned(shape, angle):
     y, x = np.indices(shape)
     return x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)
@@ -203,7 +210,7 @@ def photographs():
     return [picture for picture in pictures if picture is not None]
 
 
-@pytest.mark.parametrize('image', [reflections(), unmarked_gel(0), unmarked_gel(1), *photographs(),
+@pytest.mark.parametrize('image', [reflections(), unmarked_gel(0), unmarked_gel(1), specks(0), specks(1), *photographs(),
                                    np.random.default_rng(0).integers(0, 256, (480, 640), dtype=np.uint8),
                                    np.random.default_rng(1).normal(120, 3, (240, 320, 3)).astype(np.uint8),
                                    (0.4 * np.add.outer(np.arange(240), np.arange(320))).astype(np.uint8),
