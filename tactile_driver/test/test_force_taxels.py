@@ -122,6 +122,8 @@ def test_a_table_with_other_columns_and_times_of_day(tmp_path):
     assert frames.tolist() == [[1, 2, 3, 4, 5, 6], [7, 8, 9, 10, 11, 12]] and np.isclose(np.diff(times), 0.1)
     with pytest.raises(BadRecording, match='7 numbers, 2 taxels have 6'):
         read_vector_file(path, 2)
+    with pytest.raises(BadRecording, match=r"'\[ab\]' as a whole; the names are: Timestamp, total Z, a X"):
+        read_vector_file(path, 2, '[ab]')
     np.savez(tmp_path / 'log.npz', forces=np.zeros((4, 2, 3)), t=np.arange(4.0))
     assert read_vector_file(tmp_path / 'log.npz', 2)[0].shape == (4, 6)
     (tmp_path / 'plain.csv').write_text('0.5,1,2,3\n0.6,4,5,6\n')

@@ -24,6 +24,7 @@ AXES = 'xyz'  # of a taxel that measures three numbers
 _TIMES = {'t': 1.0, 'stamps': 1.0, 't_ms': 1e-3}  # name of the times in an .npz: their unit, s
 _SEPARATORS = ';', '\t', ','  # in this order: a line with semicolons may have commas in its numbers; else blanks
 _TIME = re.compile(r'time|stamp|elapsed|^secs?\b|^t(_?[mun]?s)?($|\W)', re.IGNORECASE)  # name of a column of times
+_SHOWN = 8  # names of columns in an error message
 _COUNT = re.compile(r'(|#|n|no|id|unnamed.*|.*index|.*frame.*|sample.*|seq.*|count.*)', re.IGNORECASE)  # name of a column that counts
 _UNIT = re.compile('(?<![a-z])([mun]s)(?![a-z])', re.IGNORECASE)
 _UNITS = {'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}  # s
@@ -132,6 +133,9 @@ def _vector_table(path: Path, count: int, columns: str) -> _Stored:
     marks = [k for k, name in enumerate(names) if _TIME.search(name)]
     if columns:
         kept = [k for k, name in enumerate(names) if re.fullmatch(columns, name)]
+        if not kept:
+            shown = ', '.join(names[:_SHOWN]) + (', ...' if len(names) > _SHOWN else '') if names else 'none'
+            raise BadRecording(f'no column has a name that is {columns!r} as a whole; the names are: {shown}; correct columns')
     else:
         kept = [k for k in range(table.shape[1]) if not names or k not in marks and not _COUNT.fullmatch(names[k])]
         if not names and len(kept) == len(AXES) * count + 1:  # a time before the numbers

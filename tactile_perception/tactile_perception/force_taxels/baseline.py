@@ -26,7 +26,7 @@ class Baseline:
     """Follows the untouched readings of taxels by a Kalman filter whose gain is the probability that nothing touches.
 
     Readings are (N, 3): two tangential components and the pressing one. The offset is a random walk; its rate is measured by the
-    innovations, and the white noise by the differences between frames. While something touches, the offset is kept, and becomes less
+    innovations, and the white noise by the differences between frames. The offset of taxels that are touched is kept, and becomes less
     certain.
 
     Attributes
@@ -50,8 +50,8 @@ class Baseline:
         self._drift, self._evidence = _DRIFT, np.zeros(count)
         self._quantum, self._checked_s = np.inf, -np.inf
 
-    def update(self, reading: np.ndarray, interval: float, stamp_s: float) -> np.ndarray:
-        """Take a reading, interval s after the last; the forces (N, 3) above the offset."""
+    def update(self, reading: np.ndarray, interval: float, stamp_s: float, near: np.ndarray | None = None) -> np.ndarray:
+        """Take a reading, interval s after the last; the forces (N, 3) above the offset. near: as of `probabilities`; None: all."""
         if not self.is_known:
             return self._learn(reading, stamp_s)
         step, self._last = reading - self._last, reading
@@ -61,11 +61,11 @@ class Baseline:
         total = variance + self.noise
         squares = force * force / total
         self._weigh(force, squares, interval)
-        free = 1.0 - self.touch
-        gain = free * variance / total
+        held = self.touch if near is None else self.touch * np.where(near, 1.0, self.probabilities(near, interval))[:, None]
+        gain = (1.0 - held) * variance / total
         self._mean += gain * force
-        self.variance = variance * (1.0 - gain) + (self.touch * _LATE**2 * interval) * (force * force)
-        if free > 0.5:
+        self.variance = variance * (1.0 - gain) + (held * _LATE**2 * interval) * (force * force)
+        if self.touch < 0.5:
             self._adapt(squares, step, interval)
             if stamp_s - self._checked_s > _CHECK_S:
                 self._checked_s = stamp_s

@@ -133,7 +133,7 @@ class ForceTaxelsEstimator:
         self._reading = reading
         interval = min(max(stamp_s - self._stamp_s, 0.0), _MAX_INTERVAL_S) if self._stamp_s is not None else 0.0
         self._stamp_s = stamp_s
-        force = self.baseline.update(reading, interval, stamp_s)
+        force = self.baseline.update(reading, interval, stamp_s, self._near)
         if not self.baseline.is_known:
             return None
         return self._estimate(force, interval, stamp_s)
