@@ -30,7 +30,7 @@ from .parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS, SENSOR
 from .stage import PhotometricStage
 
 _UNTOUCHED_S = 1.0  # at the start of a recording
-_MIN_COVERED_SHARE = 0.25  # of the image between the presses, below which the report asks for more; twenty all over a gel cover 40 %
+_MIN_COVERED_SHARE = 0.25  # of the image between the presses, below which the report asks for more; twenty all over a gel cover 30 %
 
 
 def calibrate_balls(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
