@@ -50,9 +50,8 @@ static void bind_common(py::module_& parent) {
         "column);\n"
         "the first vertex of each polygon, and M; the region of each polygon: each region's outline, then its holes, the largest region "
         "first;\n"
-        "the vertices on the surface wide; moments of the regions without their holes: area, vector area, integrals of x, y, z, and of "
-        "xx,\n"
-        "xy, yy; and the mean distance of neighbouring dots.",
+        "the vertices on the surface wide; moments of the regions without their holes: area, vector area, integrals of x, y, z, and of\n"
+        "xx, xy, yy; and the mean distance of neighbouring dots.",
         outlines, "score (R, C)", "wide (R+4, C+4, 3)", py::kw_only(), "level", "ceiling [0, 1e9]", "refine [1, 16]");
     def(
         module, "region_axes",

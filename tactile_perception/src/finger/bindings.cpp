@@ -90,9 +90,8 @@ static void bind_finger(py::module_& parent) {
         module, "Estimates", "The results of a batch.", get("estimates", &Estimates::estimates, "list of Estimate"),
         get("needs_period", &Estimates::needs_period, "a single sample of unknown rate follows no other: it has no result"));
     def(module, "centroid_covariance",
-        "Covariance (2, 2), half widths squared, of a centroid that is measured with that total, V (eq 1 to first order). noise: "
-        "covariance\n"
-        "of the sums, V^2.",
+        "Covariance (2, 2), half widths squared, of a centroid that is measured with that total, V (eq 1 to first order). noise:\n"
+        "covariance of the sums, V^2.",
         centroid_covariance, "spot (2)", "total", "noise (4, 4)");
     const FingerSettings usual;
     auto settings = class_of<FingerSettings>(

@@ -79,8 +79,9 @@ void bind_water(py::module_& module) {
 
 // ---- The membrane.
 
+constexpr int MAX_DOTS = 4096;  // 64 x 64; no printed pad has more
+
 Grid grid_of(py::ssize_t rows, py::ssize_t columns, int smallest) {
-    constexpr int MAX_DOTS = 4096;
     const Grid grid{within(rows, "rows", smallest, MAX_DOTS / smallest), within(columns, "columns", smallest, MAX_DOTS / smallest)};
     within(grid.size(), "rows * columns", smallest * smallest, MAX_DOTS);
     return grid;
@@ -133,9 +134,8 @@ void bind_membrane(py::module_& module) {
     init(loads, made_loads, "xyz (K, 3)", "seen (K)", "normal (K, 3)", "force (K, 3)", "load (K)");
     auto membrane = class_of<Membrane>(
         module, "Membrane",
-        "The membrane through the dots of a grid with rest positions, m, by number; origin: m, camera centre. It holds the last frame, "
-        "can\n"
-        "be copied, and is as it was after an exception.",
+        "The membrane through the dots of a grid with rest positions, m, by number; origin: m, camera centre. It holds the last frame,\n"
+        "can be copied, and is as it was after an exception.",
         get(
             "rest (K, 3)", [](const Membrane& one) { return one.skin().rest; }, "m"),
         get(
@@ -255,6 +255,7 @@ void bind_contact(py::module_& module) {
 
 static void bind_touchpad(py::module_& parent) {
     py::module_ module = parent.def_submodule("touchpad", "The touchpad: colour to range, the membrane, contact, stick and slip.");
+    module.attr("MAX_DOTS") = MAX_DOTS, module.attr("RING_POINTS") = RING_POINTS, module.attr("ZERO_WEIGHT_STEPS") = ZERO_WEIGHT_STEPS;
     bind_water(module);
     bind_membrane(module);
     bind_contact(module);

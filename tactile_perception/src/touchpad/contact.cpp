@@ -151,10 +151,6 @@ std::vector<double> border_scores(const BorderNetwork& network, Grid grid, const
 namespace {
 
 constexpr double LOADED = 0.5;  // a dot with a larger load is loaded: its force counts in full
-// Steps from the nearest loaded dot up to which forces count in full, and from which they do not count. The weight falls linearly between,
-// which is less noisy than a sharp border. On simulated faces, rings, balls and edges the force errors are 2.7 to 2.9 % for all values
-// between 2 to 3 and 4 to 6, and 7.0 % with the neighbouring dots alone; under glare 8.5 to 9.6 % and 12.8 %.
-constexpr int FULL_WEIGHT_STEPS = 2, ZERO_WEIGHT_STEPS = 6;
 
 // Steps (K) along rows, columns and diagonals from each dot to the nearest loaded one, ZERO_WEIGHT_STEPS at most.
 std::vector<int> steps_to_load(const DotLoads& loads, Grid grid) {

@@ -62,21 +62,20 @@ std::tuple<std::vector<double>, std::vector<double>, std::vector<double>> path_l
 
 namespace {
 
-constexpr int POINTS = 16;               // on a ring, each the sum of 3 x 3 pixels
 constexpr int MIN_POINTS = 4;            // for a colour
 constexpr int SATURATED = 9 * 254;       // sum of nine pixels of red, the brightest channel in red water
 constexpr double NOISE_FLOOR = 9 * 0.5;  // sum of nine pixels below which a channel has no information
 constexpr double FAR = 16384;            // px, to which positions are clipped; no image is that large
 constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
 
-using OnRing = std::array<double, POINTS>;
+using OnRing = std::array<double, RING_POINTS>;
 
 // Sums of 3 x 3 pixels around each point of a ring: blue, green, red; pixels outside of the image are black.
 struct RingSums {
-    std::array<int, POINTS> of[3] = {};
+    std::array<int, RING_POINTS> of[3] = {};
 
     RingSums(const ColourImage& image, const double* centre, double radius, const OnRing& cosine, const OnRing& sine) {
-        for (int p = 0; p < POINTS; ++p) {
+        for (int p = 0; p < RING_POINTS; ++p) {
             const auto row = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(centre[1], -FAR, FAR) + radius * sine[p]));
             const auto column = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(centre[0], -FAR, FAR) + radius * cosine[p]));
             const std::ptrdiff_t left = std::max<std::ptrdiff_t>(column - 1, 0), right = std::min(column + 2, image.columns);
@@ -98,28 +97,29 @@ struct RingSums {
 };
 
 // Which points are neither ink nor glare nor saturated: 1, others 0.
-std::array<int, POINTS> background(const RingSums& sums, double ink, double glare) {
-    std::array<int, POINTS> keep = sums.of[0];
-    std::nth_element(keep.begin(), keep.begin() + 3 * POINTS / 4, keep.end());
-    const double level = keep[3 * POINTS / 4];  // the upper quartile
-    for (int p = 0; p < POINTS; ++p) keep[p] = sums.of[0][p] > ink * level && sums.of[0][p] < glare * level && sums.of[2][p] < SATURATED;
+std::array<int, RING_POINTS> background(const RingSums& sums, double ink, double glare) {
+    std::array<int, RING_POINTS> keep = sums.of[0];
+    std::nth_element(keep.begin(), keep.begin() + 3 * RING_POINTS / 4, keep.end());
+    const double level = keep[3 * RING_POINTS / 4];  // the upper quartile
+    for (int p = 0; p < RING_POINTS; ++p)
+        keep[p] = sums.of[0][p] > ink * level && sums.of[0][p] < glare * level && sums.of[2][p] < SATURATED;
     return keep;
 }
 
 // Relative variance of blue / red over the points kept, without its mean and first harmonic (Fourier series).
-double patchiness(const RingSums& sums, const std::array<int, POINTS>& keep, int count, const OnRing& cosine, const OnRing& sine) {
+double patchiness(const RingSums& sums, const std::array<int, RING_POINTS>& keep, int count, const OnRing& cosine, const OnRing& sine) {
     OnRing uneven;
     double mean = 0, square = 0, first = 0, second = 0;
-    for (int p = 0; p < POINTS; ++p) {
+    for (int p = 0; p < RING_POINTS; ++p) {
         uneven[p] = keep[p] * (static_cast<double>(sums.of[0][p]) / std::max(sums.of[2][p], 1));
         mean += uneven[p];
     }
     mean = std::max(mean / std::max(count, 1), 1e-6);
-    for (int p = 0; p < POINTS; ++p) {
+    for (int p = 0; p < RING_POINTS; ++p) {
         const double off = keep[p] * (uneven[p] / mean - 1.0);
         square += off * off, first += off * cosine[p], second += off * sine[p];
     }
-    return square / POINTS - (first * first + second * second) * 2 / (POINTS * POINTS);
+    return square / RING_POINTS - (first * first + second * second) * 2 / (RING_POINTS * RING_POINTS);
 }
 
 }  // namespace
@@ -128,11 +128,11 @@ RingColours ring_colours(const ColourImage& image, const double* centres, std::p
     RingColours found{std::vector<double>(2 * count, NONE), std::vector<double>(count, NONE), std::vector<std::int64_t>(count, 0),
                       std::vector<double>(count, 0)};
     OnRing cosine, sine;
-    for (int p = 0; p < POINTS; ++p) cosine[p] = std::cos(2 * M_PI * p / POINTS), sine[p] = std::sin(2 * M_PI * p / POINTS);
+    for (int p = 0; p < RING_POINTS; ++p) cosine[p] = std::cos(2 * M_PI * p / RING_POINTS), sine[p] = std::sin(2 * M_PI * p / RING_POINTS);
     for (std::ptrdiff_t k = 0; k < count; ++k) {
         if (!std::isfinite(centres[2 * k]) || !std::isfinite(centres[2 * k + 1])) continue;
         const RingSums sums(image, centres + 2 * k, radius, cosine, sine);
-        const std::array<int, POINTS> keep = background(sums, ink, glare);
+        const std::array<int, RING_POINTS> keep = background(sums, ink, glare);
         const int used = std::accumulate(keep.begin(), keep.end(), 0);
         found.count[k] = used;
         found.patchiness[k] = patchiness(sums, keep, used, cosine, sine);
@@ -234,7 +234,7 @@ WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const D
     WaterLengths found{std::vector<double>(dots), std::vector<double>(dots)};
     for (std::ptrdiff_t k = 0; k < dots; ++k) {
         const double fallen[2] = {water.constants[0] - seen.ratios(k, 0), water.constants[1] - seen.ratios(k, 1)};
-        const double points = std::max<double>(static_cast<double>(seen.count[k]), 1) / POINTS;
+        const double points = std::max<double>(static_cast<double>(seen.count[k]), 1) / RING_POINTS;
         Estimate best = without_glare(ratios, fallen, points);
         const double* colour = seen.colour.data() + 2 * k;
         const bool known = colour[0] >= 0 && colour[0] <= MAX_COLOUR && colour[1] >= 0 && colour[1] <= MAX_COLOUR;
@@ -247,7 +247,7 @@ WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const D
             best.disagreement = (1 - p) * best.disagreement + p * other.disagreement;
         }
         const double widen = std::max(best.disagreement * best.disagreement / (water.disagree * water.disagree), 1.0);
-        const double patches = std::max(seen.patchiness[k] - water.patchy * POINTS * water.noise[0], 0.0);
+        const double patches = std::max(seen.patchiness[k] - water.patchy * RING_POINTS * water.noise[0], 0.0);
         found.lengths[k] = best.length;
         found.sigma[k] = std::sqrt(widen * widen * best.variance + patches / (water.absorptions[0] * water.absorptions[0]));
     }

@@ -16,6 +16,8 @@
 
 namespace tactile {
 
+constexpr int RING_POINTS = 16;  // on the ring around a dot, each the sum of 3 x 3 pixels
+
 /// From a ring light through a window to the skin, and back to the camera; metres, sensor frame.
 struct LightPath {
     double window_z, lamp_z, lamp_radius, ambient;  // ambient: diffuse share of the irradiance, 0 for Lambert's cosine alone

@@ -22,7 +22,6 @@ from ..core.errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
 from .pose import RigidMotion, StickingReference
 
-ZERO_WEIGHT_STEPS = 6  # steps from the nearest loaded dot from which forces do not count (src/touchpad/contact.cpp)
 _NETWORK = Path(__file__).with_name('border_network.npz')  # fitted by test/benchmark/fit_contact_score.py
 
 

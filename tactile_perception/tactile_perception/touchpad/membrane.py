@@ -21,9 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
+from .._core.touchpad import MAX_DOTS
 from ..core.errors import BadArgument
-
-MAX_DOTS = 4096  # 64 x 64; no printed pad has more
 
 
 @dataclass(frozen=True)

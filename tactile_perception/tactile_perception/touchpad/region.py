@@ -17,7 +17,7 @@ from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, scatter, to_grid
 from ..core.errors import BadArgument
-from .contact import ZERO_WEIGHT_STEPS, steps_from
+from .contact import steps_from
 from .pose import RigidMotion
 
 _MASK_SCALE = 8  # pixels per pitch of the mask that assigns dots to regions
@@ -197,7 +197,7 @@ def _normal_force(dots: ContactDots, region: Region) -> float:
         return np.nan
     own, others = (steps_from(scatter(some, dots.ids, len(dots.force), False), (dots.rows, dots.columns))
                    for some in (region.members, (dots.score > 0.5) & ~region.members))
-    near = (own < ZERO_WEIGHT_STEPS) & (own <= others)
+    near = (own < _core.touchpad.ZERO_WEIGHT_STEPS) & (own <= others)
     return max(float(-region.moments.normal @ (near @ dots.force)), 0.0)
 
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from .. import _core
-from .._core.touchpad import path_lengths, ring_colours, water_lengths, water_ranges
+from .._core.touchpad import RING_POINTS, path_lengths, ring_colours, water_lengths, water_ranges
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.geometry import Cap
@@ -33,7 +33,6 @@ class WaterLimits:
     common: float = 0.01  # share of the untouched pad with glare, from which glare is modelled; pads without glare show 0.002
     common_at_dots: float = 0.03  # the same share of its dots; pads without glare show up to 0.01
     red: float = 0.15  # absorption of red over that of blue minus that of red; dyes that look red absorb red least
-    red_sigma: float = 0.1  # standard deviation of that
     shading: float = 0.015  # standard deviation of ln(red) due to errors of the surface's shape
     probability: float = 0.3  # of glare at a dot of a pad with glare; it also appears where the untouched pad has none
 
@@ -88,8 +87,7 @@ class LightPath:
         return path_lengths(self.numbers, np.ascontiguousarray(positions, float), np.ascontiguousarray(normals, float))
 
 
-RING_POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels (src/touchpad/water.cpp)
-RING_PIXELS = 9 * RING_POINTS
+RING_PIXELS = 9 * RING_POINTS  # on a ring around each dot
 MAX_RED = 250  # grey levels; with a larger mean some pixels may be saturated, a few levels of noise below 255
 MIN_BACKGROUND = 0.93  # of the brightest surrounding pixel; brighter pixels of the untouched pad are background: its shading is smooth
 RING_SHARE = 0.45  # radius of a ring over the pitch: as far from the dot as possible without the rim of the next one
@@ -308,8 +306,7 @@ class GlaringPad:
         expected = terms(rays) @ self._glare.field + np.log(irradiance) - LIMITS.red * self._absorptions[0] * longer
         excess = brightness - expected
         excess -= _gain(excess)
-        sigma = np.hypot(LIMITS.shading, LIMITS.red_sigma * self._absorptions[0] * longer)
-        return SeenGlare(excess, sigma, self._glare.size, self._colour(lengths))
+        return SeenGlare(excess, np.full(len(excess), LIMITS.shading), self._glare.size, self._colour(lengths))
 
     def _colour(self, lengths: np.ndarray) -> np.ndarray:
         """Colour (N, 2) of the glare over light that has travelled lengths (N,), m, through the water."""
