@@ -33,15 +33,16 @@ from tactile_perception.photometric.observation import Background, to_working_si
 
 _CLIPPED = 20  # px at the border of an undistorted image that show what is beyond the image; as its authors do
 RATE, CALIBRATED_WITH, PRESSES = 10.0, 2.5e-3, 20
-RADII = {'ball of 2 mm': 0.002, 'ball of 3.5 mm': 0.0035, 'ball of 5 mm': 0.005}
+OBJECTS = {'ball of 2 mm': ('ball', 0.002), 'ball of 3.5 mm': ('ball', 0.0035), 'ball of 5 mm': ('ball', 0.005),
+           'rod of 1.8 mm': ('rod', 0.0018), 'edge': ('edge', 0.003), 'ring of 1.6 mm': ('ring', 0.0016)}
 
 
-def scene_of(radius: float, seed: int, dots: bool, count: int) -> PhotometricScene:
-    """Presses of a ball at positions and depths that are drawn at random."""
+def scene_of(radius: float, seed: int, dots: bool, count: int, shape: str = 'ball') -> PhotometricScene:
+    """Presses of an object at positions and depths that are drawn at random."""
     rng = np.random.default_rng([seed, round(1e6 * radius), 71])
     drawn = [(rng.uniform(-0.006, 0.006), rng.uniform(-0.004, 0.004), rng.uniform(1.5e-4, 9e-4) * min(1.0, radius / 0.0025))
              for _ in range(count)]
-    return PhotometricScene(PressScript(drawn, radius=radius, dots=dots), RATE, seed, 640)
+    return PhotometricScene(PressScript(drawn, radius=radius, shape=shape, dots=dots), RATE, seed, 640)
 
 
 def calibrated(seed: int, dots: bool) -> DepthModel:
@@ -60,9 +61,9 @@ def calibrated(seed: int, dots: bool) -> DepthModel:
     return BallFit(presses, CALIBRATED_WITH / (SCALE * 640 / background.shape[1])).model([background.image])
 
 
-def played(model: DepthModel, radius: float, seed: int, dots: bool) -> Iterator[tuple]:
+def played(model: DepthModel, shape: str, radius: float, seed: int, dots: bool) -> Iterator[tuple]:
     """(result, truth, seconds) of each touched frame."""
-    scene, estimator = scene_of(radius, seed + 5000, dots, 4), PhotometricEstimator(model, SCALE)
+    scene, estimator = scene_of(radius, seed + 5000, dots, 4, shape), PhotometricEstimator(model, SCALE)
     scene._light = PhotometricScene(PressScript([(0, 0, 1e-4)], radius=radius, dots=dots), RATE, seed, 640)._light
     for number in range(scene.frames):
         shot = scene.render(number / RATE)
@@ -160,11 +161,11 @@ def main() -> None:
     print('| press | frames | one contact, % | depth, mm RMS | its squared error over the stated one | position, mm RMS | the same | '
           'area over the true one | 10 to 90 % | ms |\n|---|---|---|---|---|---|---|---|---|---|')
     for dots in (False, True):
-        frames = {name: [] for name in RADII}
+        frames = {name: [] for name in OBJECTS}
         for seed in range(given.gels):
             model = calibrated(seed, dots)
-            for name, radius in RADII.items():
-                frames[name] += played(model, radius, seed, dots)
+            for name, (shape, radius) in OBJECTS.items():
+                frames[name] += played(model, shape, radius, seed, dots)
         for name, found in frames.items():
             print(row(name + (', with dots' if dots else ''), found), flush=True)
 
