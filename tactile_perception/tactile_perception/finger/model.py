@@ -7,7 +7,7 @@ Map from detector to sphere, light at first contact, force and depth from light,
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -264,7 +264,7 @@ def psd_file(fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen(
     CalibrationFile
     """
     known = {name: getattr(fit.model, name) for name in (*_PARTS, *_SHAPES) if getattr(fit.model, name) is not None}
-    fitted = {name: {own: np.asarray(number, float).tolist() for own, number in vars(value).items()} if name in _PARTS else
+    fitted = {name: {own.name: np.asarray(getattr(value, own.name), float).tolist() for own in fields(value)} if name in _PARTS else
               np.asarray(value, float).tolist() for name, value in known.items() if name in _PARTS or np.isfinite(value).all()}
     return CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.notes, *left_out], serial=specimen.serial,
                            parameters=specimen.parameters(SENSOR))
