@@ -202,7 +202,7 @@ void bind_motion(py::module_& module) {
     using L = MotionLimits;
     record(module, "MotionLimits", "What decides of motion and slip, each with what it is: src/taxel/tracker.hpp.",
            field("edge [1e-6, 1e6]", &L::edge), field("key_moved [0, 1e6]", &L::key_moved), field("load_s [0, 1e6]", &L::load_s),
-           field("load_change [0, 1e6]", &L::load_change), field("bound [0, 1e6]", &L::bound), field("odds [1e-12, 1]", &L::odds),
+           field("load_change [0, 1e6]", &L::load_change), field("bound [0, 1e6]", &L::bound), field("begins [0, 1e6]", &L::begins),
            field("creep [0, 1e6]", &L::creep), field("lag [0, 1e6]", &L::lag), field("traction [1e-9, 1e6]", &L::traction),
            field("curved [1e-9, 1e6]", &L::curved));
     using M = ObjectMotion;
@@ -210,7 +210,6 @@ void bind_motion(py::module_& module) {
                 get("linear (2)", &M::linear, "m/s"), get("turn", &M::turn, "rad/s"), get("slipping (R, C) bool", &M::slipping),
                 get("step (2)", &M::step, "m, since the last frame"), get("step_turn", &M::step_turn, "rad, since the last frame"),
                 get("unseen", &M::unseen, "probability that an object that slips is not seen to"),
-                get("probability", &M::probability, "that the object moves"),
                 get("step_covariance (3, 3)", &M::step_covariance, "of step and step_turn"),
                 get("velocity_covariance (3, 3)", &M::velocity_covariance, "of linear and turn"));
     using T = MotionTracker;

@@ -260,4 +260,103 @@ std::optional<KeyframeMotion> CentroidKeyframe::motion(const Picture& picture, c
     return KeyframeMotion{{shift.x(), shift.y(), 0, 0}, std::numeric_limits<double>::quiet_NaN(), 1, CENTROID_SIGMA, false};
 }
 
+// Velocity from the longest stretch of the past in which it was constant: lines are fitted to ever longer stretches, as long as the
+// confidence intervals of their slopes have a point in common (Goldenshluger and Nemirovski 1997; Katkovnik 1999). A start, a stop or a
+// reversal is seen within a few frames, and a slow motion is averaged over many.
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double WHOLE = 1 + 1e-6;  // of a stretch: a frame at its beginning belongs to it
+constexpr double LARGEST = std::numeric_limits<double>::max();
+constexpr std::ptrdiff_t MIN_FRAMES = 4;  // frames for a velocity that is reported: two more than a line needs
+
+// Standard deviation of the first two coordinates, by the median length of their third differences, in which a steady acceleration has no
+// part; without the last one, in which a motion may begin.
+double noise_of(const std::vector<Vector3d>& positions) {
+    std::vector<double> bends;
+    for (std::size_t k = 0; k + 4 < positions.size(); ++k) {
+        const double bend = (positions[k + 3] - 3 * positions[k + 2] + 3 * positions[k + 1] - positions[k]).head<2>().norm();
+        bends.push_back(bend >= 0 ? bend : std::numeric_limits<double>::infinity());
+    }
+    // A third difference has twenty times the variance of a position; the median of a Rayleigh distribution is sqrt(2 ln 2).
+    return bends.empty() ? 0 : median(std::move(bends)) / std::sqrt(20 * 2 * std::log(2.0));
+}
+
+// Sets pose, velocity, sigma and used by the longest steady line through the latest positions.
+void fit_line(const std::vector<double>& times, const std::vector<Vector3d>& positions, double bound, PathMotion& found) {
+    const Vector3d& last = positions.back();
+    found.pose = last;
+    found.velocity.setZero();
+    found.sigma = LARGEST;
+    Vector3d least = Vector3d::Constant(-LARGEST), most = -least, sum = Vector3d::Zero(), moment = sum;
+    double total = 0, square = 0;  // of the times before the last one
+    const std::size_t count = times.size();
+    for (std::size_t n = 1; n <= count; ++n) {
+        const double time = times[count - n] - times.back();
+        const Vector3d off = positions[count - n] - last;
+        total += time;
+        square += time * time;
+        sum += off;
+        moment += time * off;
+        const double spread = square - total * total / static_cast<double>(n);
+        if (!(spread > 0)) continue;
+        const Vector3d slope = (moment - total / static_cast<double>(n) * sum) / spread;
+        const double sigma = found.noise / std::sqrt(spread);
+        least = least.cwiseMax((slope.array() - bound * sigma).matrix());
+        most = most.cwiseMin((slope.array() + bound * sigma).matrix());
+        if (!(least.array() <= most.array()).all()) return;
+        found.velocity = slope;
+        found.pose = last + (sum - slope * total) / static_cast<double>(n);
+        found.sigma = sigma;
+        found.used = static_cast<std::ptrdiff_t>(n);
+    }
+}
+
+}  // namespace
+
+PathMotion Path::add(double time, const Vector3d& pose, const Vector3d& rest, const Eigen::Vector2d& arm, double reach) {
+    std::size_t old = 0;
+    while (past_.size() - old >= static_cast<std::size_t>(MIN_FRAMES) && past_[old].time < time - rule_.window * WHOLE) ++old;
+    past_.erase(past_.begin(), past_.begin() + static_cast<std::ptrdiff_t>(old));
+    past_.push_back({time, pose, rest});
+    std::vector<double> times;
+    std::vector<Vector3d> positions;  // of the contact's middle, and of its edges along a turn
+    for (const Frame& one : past_) {
+        times.push_back(one.time);
+        const double turn = one.pose[2];
+        positions.push_back({one.pose[0] - turn * arm[1], one.pose[1] + turn * arm[0], turn * reach});
+    }
+    PathMotion found;
+    found.noise = std::max(noise_of(positions), rule_.least_noise);
+    fit_line(times, positions, rule_.bound, found);
+    found.speed = found.velocity.norm();
+    const auto frames = static_cast<std::ptrdiff_t>(times.size());
+    found.duration = times.back() - times[frames - found.used];
+    for (Vector3d* at : {&found.pose, &found.velocity}) {
+        const double turn = (*at)[2] / reach;
+        *at = {(*at)[0] + turn * arm[1], (*at)[1] - turn * arm[0], turn};
+    }
+    for (Vector3d* one : {&found.reported, &found.hidden, &found.bend}) one->setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (frames < MIN_FRAMES) return found;
+    std::ptrdiff_t first = frames - MIN_FRAMES;
+    while (first > 0 && times[first - 1] >= time - rule_.reported * WHOLE) --first;
+    double mean = 0, square = 0;
+    for (std::ptrdiff_t k = first; k < frames; ++k) mean += times[k] / static_cast<double>(frames - first);
+    found.reported.setZero(), found.hidden.setZero();
+    for (std::ptrdiff_t k = first; k < frames; ++k) {
+        square += (times[k] - mean) * (times[k] - mean);
+        found.reported += (times[k] - mean) * past_[k].pose;
+        found.hidden += (times[k] - mean) * past_[k].rest;
+    }
+    found.reported /= square, found.hidden /= square;
+    found.reported_sigma = found.noise / std::sqrt(square);
+    const std::ptrdiff_t half = (first + frames - 1) / 2;
+    const double early = times[half] - times[first], late = time - times[half];
+    const auto seen = [&](std::ptrdiff_t k) -> Vector3d { return past_[k].pose + past_[k].rest; };
+    found.bend = (seen(frames - 1) - seen(half)) / late - (seen(half) - seen(first)) / early;
+    found.bend_sigma = found.noise * std::sqrt(2 / (early * early) + 2 / (late * late) + 2 / (early * late));
+    return found;
+}
+
 }  // namespace tactile::taxel

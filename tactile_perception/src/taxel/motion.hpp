@@ -85,4 +85,43 @@ class CentroidKeyframe {
 
 constexpr double CENTROID_SIGMA = 0.3;  // taxels, of the centroid of few of them, as pressure shifts without motion
 
+// How an object's motion is found. Times in s, lengths in m.
+struct PathRule {
+    double window, reported;    // longest stretch of a steady motion, and the stretch of the velocity that is reported
+    double least_noise, bound;  // of a position at least; standard deviations by which velocities of ever longer stretches may differ
+};
+
+// Motion of an object in the last of its frames, at the origin: m, m, rad and per s.
+struct PathMotion {
+    Eigen::Vector3d pose, velocity;  // without noise
+    Eigen::Vector3d reported;        // velocity over the reported stretch, NaN with fewer than four frames
+    double reported_sigma = 0;       // m/s, standard deviation by noise of each of its components, of a turn by its path
+    Eigen::Vector3d hidden;          // over the same stretch, velocity of the picture's motion that is not attributed to the object
+    Eigen::Vector3d bend;            // of both together, the velocity in the second half of the stretch without that in the first
+    double bend_sigma = 0;           // m/s, by noise
+    double noise = 0;                // m, of a position
+    double speed = 0, sigma = 0;     // m/s, of the contact's middle and edges together, and the standard deviation of each
+    double duration = 0;             // s, of the steady motion
+    std::ptrdiff_t used = 1;         // its frames
+};
+
+// The path of an object: its pose in the last frames.
+class Path {
+ public:
+    explicit Path(const PathRule& rule) : rule_(rule) {}
+    // Drop all frames.
+    void reset() { past_.clear(); }
+    // The motion after a frame at time with a pose. rest: of the picture's motion, at the origin, what is not attributed to the object;
+    // arm: m, of the contact's middle; reach: m, of its edges from there.
+    PathMotion add(double time, const Eigen::Vector3d& pose, const Eigen::Vector3d& rest, const Eigen::Vector2d& arm, double reach);
+
+ private:
+    struct Frame {
+        double time;
+        Eigen::Vector3d pose, rest;
+    };
+    PathRule rule_;
+    std::vector<Frame> past_;
+};
+
 }  // namespace tactile::taxel

@@ -31,10 +31,10 @@ constexpr double LEAST_NOISE = 2e-3;  // taxels, of a position: what registratio
 constexpr double BORDER_LEAD = 0.5;   // thicknesses times traction over pressure, by which the image leads (a bonded elastic layer)
 constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
 
-// Square of a deviation without the part that noise of these standard deviations of its components has in it.
-Matrix3d square_without(const Vector3d& deviation, const Vector3d& sigma) {
+// Square of a deviation without the part that noise of this variance in each of its components has in it.
+Matrix3d square_without(const Vector3d& deviation, double variance) {
     const double square = deviation.squaredNorm();
-    return deviation * deviation.transpose() * std::max(0.0, 1 - sigma.squaredNorm() / std::max(square, 1e-300));
+    return deviation * deviation.transpose() * std::max(0.0, 1 - 3 * variance / std::max(square, 1e-300));
 }
 
 std::ptrdiff_t count_of(const std::uint8_t* mask, std::ptrdiff_t size) {
@@ -47,7 +47,7 @@ MotionTracker::MotionTracker(const ShearPad& pad, const MotionLimits& limits)
     : shear(pad),
       limits_(limits),
       watch_({limits.key_moved, limits.traction, limits.curved}),
-      path_({WINDOW_S, LEAST_NOISE * pad.pitch, limits.bound, limits.creep * pad.pitch, SLIP_SPEED, limits.odds}),
+      path_({WINDOW_S, limits.load_s, LEAST_NOISE * pad.pitch, limits.bound}),
       middle_(0.5 * static_cast<double>(pad.columns - 1), 0.5 * static_cast<double>(pad.rows - 1)),
       blur_(std::max(SMOOTH * pad.thickness, FINEST)),
       few_(pad.thickness < 1 ? FEW_COARSE : FEW_FINE) {
@@ -96,8 +96,7 @@ ObjectMotion MotionTracker::process(const PressedPad& frame, double stamp, bool 
     const Vector3d step = at_origin(by_centre);
     expected_ = found->fit + CONTINUED * (found->fit - (last_ ? last_->fit : Vector4d(Vector4d::Zero())));
     last_ = found;
-    auto [smooth, path] = follow(step, at_origin(seen - by_centre), !waits, stamp,
-                                 std::max(frame.sigma, 1e-9) / std::max(mean, 1e-9));
+    auto [smooth, path] = follow(step, at_origin(seen - by_centre), stamp);
     if (waits || !moves_) {
         watch_.rest(frame.seen, size, !waits, stamp);
     } else if (const Vector3d direction = along_of(path.velocity);
@@ -107,8 +106,8 @@ ObjectMotion MotionTracker::process(const PressedPad& frame, double stamp, bool 
     }
     const std::vector<float> slip = shear.move(frame.touched, frame.pressure, {smooth[0], smooth[1], smooth[2]});
     traction_pressure = shear.traction_pressure();
-    ObjectMotion motion{path.velocity.head<2>(), path.velocity[2], std::vector<std::uint8_t>(size), step.head<2>(), step[2],
-                        unseen(*found),          path.probability,  pad.columns,  {},     {}};
+    ObjectMotion motion{path.reported.head<2>(), path.reported[2], std::vector<std::uint8_t>(size), step.head<2>(), step[2],
+                        unseen(*found),          pad.columns,     {},      {}};
     if (moves_) motion.slipping = lagging(slip, smooth, frame.touched);
     state_errors(*found, seen - by_centre, path, motion);
     const Vector3d direction = along_of(path.velocity);
@@ -140,8 +139,8 @@ ObjectMotion MotionTracker::unknown() {
     moves_ = false;
     const Vector2d nowhere = Vector2d::Constant(UNKNOWN);
     const Matrix3d any = Matrix3d::Constant(UNKNOWN);
-    return {nowhere, UNKNOWN, std::vector<std::uint8_t>(shear.pad().rows * shear.pad().columns), nowhere, UNKNOWN, 1, 0,
-            shear.pad().columns, any, any};
+    return {nowhere, UNKNOWN, std::vector<std::uint8_t>(shear.pad().rows * shear.pad().columns), nowhere, UNKNOWN, 1, shear.pad().columns,
+            any,     any};
 }
 
 // Probability that an object that slips is not seen to, in the direction in which its position is known worst: that it is slower than what
@@ -195,15 +194,12 @@ void MotionTracker::state_errors(const KeyframeMotion& found, const Vector3d& re
     const Vector3d paths(1, 1, reach);
     const Matrix3d whole = Matrix3d::Identity();
     const Vector3d hidden = rest.cwiseProduct(paths);
-    motion.step_covariance = 2 * followed_ * followed_ * variance * whole + square_without(hidden, Vector3d::Constant(std::sqrt(variance)));
+    motion.step_covariance = 2 * followed_ * followed_ * variance * whole + square_without(hidden, variance);
     // The object may follow the picture. A velocity that is reported as none may be one.
-    const Vector3d carried = (1 / followed_ - (moves_ ? 1 : 0)) * along_of(path.velocity) + along_of(path.hidden);
-    // The slopes of a keyframe hold for parts of a taxel: a registration errs where the object is fast.
-    const double fast = std::min(1.0, motion.step.norm() / (limits_.key_moved * shear.pad().pitch)) * followed_;
-    const double registered = fast * fast * variance / path.spread;
-    motion.velocity_covariance = square_without(carried, path.velocity_sigma / followed_) +
-                                 square_without(along_of(path.bend), path.bend_sigma);
-    motion.velocity_covariance.diagonal() += path.velocity_sigma.cwiseAbs2() + Vector3d::Constant(registered);
+    const Vector3d carried = (1 / followed_ - (moves_ ? 1 : 0)) * along_of(path.reported) + along_of(path.hidden);
+    const double noise = path.reported_sigma * path.reported_sigma;
+    motion.velocity_covariance = noise * whole + square_without(carried, noise / (followed_ * followed_)) +
+                                 square_without(along_of(path.bend), path.bend_sigma * path.bend_sigma);
     Matrix3d to_origin = Vector3d(1, 1, 1 / reach).asDiagonal();
     to_origin(0, 2) = arm_[1] / reach, to_origin(1, 2) = -arm_[0] / reach;
     for (Matrix3d* one : {&motion.step_covariance, &motion.velocity_covariance}) {
@@ -229,24 +225,23 @@ Vector3d MotionTracker::step_of(const KeyframeMotion& found, double mean) {
 }
 
 // The last motion at the origin (m, m, rad) without noise, and that of the path. step: with noise; rest: of the picture's motion, what is
-// not attributed to the object; noise: of the pressure, over its mean.
-std::pair<Vector3d, PathMotion> MotionTracker::follow(const Vector3d& step, const Vector3d& rest, bool measured, double stamp,
-                                                      double noise) {
+// not attributed to the object.
+std::pair<Vector3d, PathMotion> MotionTracker::follow(const Vector3d& step, const Vector3d& rest, double stamp) {
     total_ += step;
-    const PathMotion found = path_.add({stamp, total_, rest, measured}, noise, arm_, reach_ * shear.pad().pitch);
-    moves_ = is_evident(found);
+    const PathMotion found = path_.add(stamp, total_, rest, arm_, reach_ * shear.pad().pitch);
+    moves_ = found.used > 1 && is_evident(found);
     const Vector3d smooth = found.pose - smooth_;
     smooth_ = found.pose;
     return {smooth, found};
 }
 
-// Whether the path is more probably a motion of the object than not. It begins by a displacement longer than the registration's own
-// error, by which pressure wanders without motion, and than that of the traction that a load lets go.
+// Whether the path is a motion of the object. It begins by a displacement longer than the registration's own error, by which pressure
+// wanders without motion, and than that of the traction that a load lets go.
 bool MotionTracker::is_evident(const PathMotion& path) const {
     const double pitch = shear.pad().pitch;
-    if (!(path.probability > 0.5)) return false;
+    if (path.speed <= limits_.begins * path.sigma + limits_.creep * pitch) return false;
     const double wanders = moves_ ? 0 : WANDERS * last_->sigma * pitch;
-    return path.displacement > (wanders + released(path.duration)) * followed_;
+    return path.speed * path.duration > (wanders + released(path.duration)) * followed_;
 }
 
 // m/s of the keyframe's centre, and of its edges by the turn, for a velocity at the origin.

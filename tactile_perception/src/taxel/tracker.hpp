@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "taxel/motion.hpp"
-#include "taxel/path.hpp"
 #include "taxel/roll.hpp"
 #include "taxel/shear.hpp"
 
@@ -31,8 +30,8 @@ struct MotionLimits {
     double load_s = 0.06, load_change = 0.2;  // s and 1, prior: a change over this time to which the image's is attributed
     // Motion
     double bound = 2.5;   // sigmas, noise: by which velocities of ever longer stretches may differ (98 %)
-    double odds = 1e-2;   // 1, prior: of a motion against none in a frame
-    double creep = 0.05;  // taxels/s, physical: sigma of the velocity with which the picture creeps by itself, as pad and ink relax
+    double begins = 4;    // sigmas of its velocity, noise: from which an object moves
+    double creep = 0.16;  // taxels/s, physical: up to which the picture creeps by itself, as pad and sensing layer relax
     // Slip
     double lag = 0.05;  // 1, physical: of the object's motion, by which the surface lags where it slips: coupled neighbours creep a little
     // Rolling
@@ -48,7 +47,6 @@ struct ObjectMotion {
     Eigen::Vector2d step;                // m, since the last frame
     double step_turn;                    // rad
     double unseen;                       // probability that an object that slips is not seen to
-    double probability;                  // that it moves
     std::ptrdiff_t columns;
     // Of step and step_turn, and of linear and turn. The picture's motion that is attributed to traction or to a change of load may be the
     // object's: the standard deviation along it is all of it, besides the noise of the registration.
@@ -95,8 +93,7 @@ class MotionTracker {
     Eigen::Vector3d at_origin(const Eigen::Vector3d& by_centre) const;
     Eigen::Vector3d step_of(const KeyframeMotion& found, double mean);
     void state_errors(const KeyframeMotion& found, const Eigen::Vector3d& by_centre, const PathMotion& path, ObjectMotion& motion) const;
-    std::pair<Eigen::Vector3d, PathMotion> follow(const Eigen::Vector3d& step, const Eigen::Vector3d& rest, bool measured, double stamp,
-                                                  double noise);
+    std::pair<Eigen::Vector3d, PathMotion> follow(const Eigen::Vector3d& step, const Eigen::Vector3d& rest, double stamp);
     bool is_evident(const PathMotion& path) const;
     Eigen::Vector3d along_of(const Eigen::Vector3d& velocity) const;
     std::vector<std::uint8_t> lagging(const std::vector<float>& slip, const Eigen::Vector3d& step, const std::uint8_t* touched) const;

@@ -47,7 +47,6 @@ class TaxelSlip:
             if motion.unseen == 1:
                 estimate.linear, estimate.angular = np.full(3, np.nan), np.full(3, np.nan)
             return estimate
-        estimate.confidence *= motion.probability
         x, y = estimate.x, estimate.y = self._positions(slipping)
         turn = 0.0 if math.isnan(motion.turn) else motion.turn
         along_x, along_y = motion.linear.tolist()

@@ -40,17 +40,6 @@ def test_a_change_of_grip_force_alone_is_no_slip():
         assert not motion.slipping.any()
 
 
-@pytest.mark.parametrize('seed', range(3))
-def test_the_noise_of_a_light_contact_is_no_slip(seed):
-    """Its position is known less well across the short edges than across the long ones, and a turn less well still."""
-    noise, rng, tracker = 200.0, np.random.default_rng(seed), tracker_on(pad=SoftPad(thickness=1e-4, shear_modulus=5.2e3))
-    image, slips = picture(bar(0.2, 0.3, 0.0, 24.0, 14.0), 4e3), []
-    for k in range(400):
-        seen = (image + rng.normal(0, noise, image.shape)).astype(np.float32)
-        slips.append(tracker.process(seen, image > 2e3, seen, noise, 0.01 * k).slipping.any())
-    assert np.mean(slips) <= 0.005
-
-
 def test_traction_released_by_a_falling_load_is_no_slip():
     """The image moves back with traction over pressure, by half of the thickness times that of the removed load."""
     held, back = [(0.025 * min(k, 20), 0.0, 0.3) for k in range(40)], 0.008
@@ -140,9 +129,9 @@ def test_translation_and_rotation_of_a_bar(shift, turn):
 
 
 def test_a_stop_is_detected_within_two_frames_and_one_frame_has_no_velocity():
-    found = played([(0.04 * min(max(k - 20, 0), 17), 0.0, 0.3) for k in range(40)])
+    found = played([(0.04 * min(k, 17), 0.0, 0.3) for k in range(20)])
     assert np.isnan(found[0].linear).all() and not found[0].slipping.any()
-    assert found[37].slipping.any() and not found[39].slipping.any()
+    assert found[17].slipping.any() and not found[19].slipping.any()
 
 
 def stepped(*images):
@@ -168,8 +157,8 @@ def test_a_taxel_that_enters_the_contact_does_not_move_the_centroid():
 TOUCHED = picture(bar(2, 0), blur=0.1) > 30
 
 
-def motion(slipping, linear=(0.0, 0.0), turn=0.0, probability=1.0):
-    return SimpleNamespace(linear=np.array(linear), turn=turn, slipping=slipping, unseen=0.0, probability=probability,
+def motion(slipping, linear=(0.0, 0.0), turn=0.0):
+    return SimpleNamespace(linear=np.array(linear), turn=turn, slipping=slipping, unseen=0.0,
                            velocity_covariance=np.eye(3))
 
 
@@ -178,11 +167,6 @@ def test_states_follow_the_slipping_fraction():
     rim = TOUCHED & ~np.roll(TOUCHED, 2, axis=1)
     states = [slip.process(motion(part & TOUCHED), TOUCHED).state for part in (~TOUCHED, rim, TOUCHED, ~TOUCHED)]
     assert states == [NONE, INCIPIENT, GROSS, NONE]
-
-
-def test_slip_is_as_sure_as_the_motion():
-    confidences = [TaxelSlip(ARRAY).process(motion(TOUCHED, probability=each), TOUCHED).confidence for each in (1.0, 0.6)]
-    assert confidences[0] > 0.95 and confidences[1] == pytest.approx(0.6 * confidences[0])
 
 
 def test_centre_of_rotation_and_velocities():
