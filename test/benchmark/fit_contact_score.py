@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fits the weights by which the touchpad tells how far each dot is from a contact's border; writes them as .npz.
+"""Fits the weights by which the touchpad estimates how far each dot is from a contact's border; writes them as .npz.
 
     python test/benchmark/fit_contact_score.py [--scenes 560] [--seed 7000] [--out out/border_network.npz]
 
-The scenes are random: tools, sizes, places, depths, motions, frictions, specimens, noise, glare. A small network (two hidden layers of
+The scenes are random: tools, sizes, positions, depths, motions, frictions, specimens, noise, glare. A small network (two hidden layers of
 rectified linear units, Adam, Huber loss) learns each dot's signed distance from the true outline, cut at a pitch, from what the estimator
 knows of its surroundings; see tactile_perception/src/touchpad/contact.cpp. It takes 20 minutes.
 """
@@ -34,7 +34,7 @@ from tactile_perception.touchpad.positions import DotPositions, RestPositions
 from tactile_perception.touchpad.sensor import Touchpad
 
 RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
-REACH, SIDE, FED = 2, 5, 51  # dots, of what is fed around each; numbers fed
+NEIGHBOURS, SIDE, FED = 2, 5, 51  # dots, of what is fed around each; numbers fed
 HIDDEN = 48, 16
 EPOCHS, BATCH, FASTEST, DECAY, HUBER = 40, 512, 4e-3, 1e-4, 0.5
 OUTWARDS = 0.05  # pitches, added to what is learnt: regions drawn a little too large overlap more than those drawn too small
@@ -122,17 +122,17 @@ def signed_distance(loops: list[np.ndarray], points: np.ndarray) -> np.ndarray:
     return np.abs(each).min(axis=0) * np.where((each > 0).sum(axis=0) % 2, 1, -1)
 
 
-def heights(places: np.ndarray, normals: np.ndarray, pitch: float) -> np.ndarray:
+def heights(positions: np.ndarray, normals: np.ndarray, pitch: float) -> np.ndarray:
     """(rows, columns): how far the four dots next to each stand out of its tangent plane, pitches, cut and scaled; 0 at the border."""
-    rise, inner = np.zeros(places.shape[:2]), np.s_[1:-1, 1:-1]
-    off = places[:-2, 1:-1] + places[2:, 1:-1] + places[1:-1, :-2] + places[1:-1, 2:] - 4 * places[inner]
+    rise, inner = np.zeros(positions.shape[:2]), np.s_[1:-1, 1:-1]
+    off = positions[:-2, 1:-1] + positions[2:, 1:-1] + positions[1:-1, :-2] + positions[1:-1, 2:] - 4 * positions[inner]
     rise[inner] = (off * normals[inner]).sum(axis=2) / pitch
     return HEIGHT_SCALE * np.clip(np.nan_to_num(rise), -STEEPEST, STEEPEST)
 
 
 def windows(values: np.ndarray) -> np.ndarray:
     """(K, 25): values (rows, columns) within two dots of each dot, 0 outside."""
-    return np.lib.stride_tricks.sliding_window_view(np.pad(values, REACH), (SIDE, SIDE)).reshape(-1, SIDE * SIDE)
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, NEIGHBOURS), (SIDE, SIDE)).reshape(-1, SIDE * SIDE)
 
 
 def surroundings(load: np.ndarray, rise: np.ndarray) -> np.ndarray:
@@ -144,8 +144,8 @@ def surroundings(load: np.ndarray, rise: np.ndarray) -> np.ndarray:
 
 def symmetries() -> np.ndarray:
     """(8, FED): orders of what surroundings gives, as the grid's eight symmetries have it."""
-    place = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
-    turned = [np.rot90(place if way < 4 else place.T, way % 4).ravel() for way in range(8)]
+    square = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
+    turned = [np.rot90(square if turn < 4 else square.T, turn % 4).ravel() for turn in range(8)]
     return np.array([np.concatenate([kind * SIDE * SIDE + order for kind in range(2)] + [[FED - 1]]) for order in turned])
 
 
@@ -155,13 +155,13 @@ def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.nda
     values = {**defaults(TOUCHPAD_PARAMETERS), **touchpad_parameters(scene)}
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
-    tracker, places = make_tracker(values), DotPositions(sensor, camera)
+    tracker, positions = make_tracker(values), DotPositions(sensor, camera)
     rest, membrane = RestPositions(sensor.cap, camera, ROWS, COLUMNS), None
     fed, reported, weight = [np.zeros((0, FED), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
     for number in range(scene.frames):
         frame = scene.render(number / RATE)
         tracks = tracker.process(frame.image, 1 + number / RATE)
-        tracks.xyz = places.locate(frame.image, tracks)
+        tracks.xyz = positions.locate(frame.image, tracks)
         if rest.update(tracks):
             membrane = Membrane(rest.xyz, ROWS, COLUMNS, camera.centre, sensor.material)
         known = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(rest.xyz[tracks.id]).all(axis=1)

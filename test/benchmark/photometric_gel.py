@@ -12,7 +12,7 @@ repositories, with their authors' own corrections of the view, scales and radii:
 --ball 2.42 --scale 0.1 --corners 33 58 208 61 56 250 185 244, the radius as in 2_dataset.py until the commit 0b2946c, which was written
 for these images; data/calibration, 'ball-*.jpg'; data/calibration5, which has no dots, with --every 12); and of
 RuihanGao/16741-Proj-ShapeMap3D-GelSightMini (Taxim/data/Gel/11_19_2023/calib_ball, 'frame_*.jpg' median --ball 2 --scale 0.08, as in its
-sensorParams.py; its image of the untouched gel shows another part of the gel, and the median of the presses takes its place).
+sensorParams.py; its image of the untouched gel shows another part of the gel, and the median of the presses is used instead).
 """
 from __future__ import annotations
 
@@ -80,11 +80,11 @@ def row(name: str, frames: list[tuple]) -> str:
     depth = np.array([found.depth - true.depth for found, true, *_ in seen])
     sigma = np.array([np.sqrt(found.position_covariance[2, 2]) for found, *_ in seen])
     away = np.array([found.position[:2] - true.position[:2] for found, true, *_ in seen])
-    place = np.array([np.sqrt(found.position_covariance[0, 0]) for found, *_ in seen])
+    lateral = np.array([np.sqrt(found.position_covariance[0, 0]) for found, *_ in seen])
     area = np.array([result.region.area / truth.area for *_, result, truth in seen])
     ones = np.mean([len(result.contacts) == 1 for result, *_ in frames])
     return (f'| {name} | {len(frames)} | {100 * ones:.0f} | {1e3 * np.sqrt(np.mean(depth**2)):.3f} | {np.mean((depth / sigma)**2):.2f} | '
-            f'{1e3 * np.sqrt(np.mean(away**2)):.3f} | {np.mean((away / place[:, None])**2):.2f} | {np.median(area):.2f} | '
+            f'{1e3 * np.sqrt(np.mean(away**2)):.3f} | {np.mean((away / lateral[:, None])**2):.2f} | {np.median(area):.2f} | '
             f'{np.quantile(area, 0.1):.2f} to {np.quantile(area, 0.9):.2f} | {1e3 * np.median([t for *_, t in frames]):.1f} |')
 
 

@@ -8,7 +8,7 @@
 
 COPY: of the repository siyuandong16/gelsight_heightmap_reconstruction (its folder python_version), joehjhuang/gs_sdk or
 gelsightinc/gsrobotics. Every other press calibrates, as in photometric_gel.py; a person draws a circle over each ball there, and here the
-circles that BallFit finds, or those that it uses, take its place. gsrobotics has a network trained for every GelSight Mini, and takes no
+circles that BallFit finds, or those that it uses, are used instead. gsrobotics has a network trained for every GelSight Mini, and takes no
 calibration. gs_sdk and gsrobotics need torch.
 
 Not run: py3DCal, whose weights and images are on Zenodo alone, and whose network takes 300 billion multiplications an image of 320 x 240,

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers, place and depth on a real dome of 331 pins that others pressed against a plane at known tilts and depths.
+"""Numbers, position and depth on a real dome of 331 pins that others pressed against a plane at known tilts and depths.
 
 python3 test/benchmark/pins.py FOLDER, with targets.csv and images/ of a TacTip: tactip-data/Bourne/tactip/real/surface_3d/tap/csv_val of
 github.com/mattclifford1/tactip-posenet-pytorch. Two thirds of the presses calibrate, the others are judged. No image is untouched: the one
@@ -28,7 +28,7 @@ COUNT = 600
 
 
 def presses(folder):
-    """(depth in m, place (N, 2) m, images) of the first presses, from the least depth on."""
+    """(depth in m, position (N, 2) m, images) of the first presses, from the least depth on."""
     with (folder / 'targets.csv').open() as file:
         rows = list(csv.DictReader(file))[:COUNT]
     pose = np.array([[float(row[name]) for name in ('pose_3', 'pose_4', 'pose_5')] for row in rows])
@@ -59,7 +59,7 @@ def off_neighbours(tracks):
 
 
 def main():
-    depth, place, images = presses(Path(sys.argv[1]))
+    depth, position, images = presses(Path(sys.argv[1]))
     found = list(followed(images))
     rest = found[0][1].rest_uv
     spacing = spacing_of(rest)
@@ -69,12 +69,12 @@ def main():
     number, moved = np.array([k for k, _ in found[1:]]), np.array([smoothed(rest, spacing, tracks) for _, tracks in found[1:]])
     judged = np.random.default_rng(0).permutation(len(number)) % 3 == 0
     fitted = number[~judged]
-    model, _ = fit_pins(rest, moved[~judged], np.pad(place[fitted], ((0, 0), (0, 1))), depth[fitted])
+    model, _ = fit_pins(rest, moved[~judged], np.pad(position[fitted], ((0, 0), (0, 1))), depth[fitted])
     results = [(*model.estimate(field), k) for field, k in zip(moved[judged], number[judged])]
-    error = np.array([(*(at[:2] - place[k]), deep - depth[k]) for at, deep, _, within, k in results if within])
+    error = np.array([(*(at[:2] - position[k]), deep - depth[k]) for at, deep, _, within, k in results if within])
     away = 1e3 * np.linalg.norm(error[:, :2], axis=1)
     nse = np.mean([e @ np.linalg.solve(model.covariance, e) for e in error]) / 3
-    print(f'{len(error)} of {len(results)} presses: place {away.mean():.2f} mm, 95 % {np.percentile(away, 95):.2f}; depth '
+    print(f'{len(error)} of {len(results)} presses: position {away.mean():.2f} mm, 95 % {np.percentile(away, 95):.2f}; depth '
           f'{1e3 * np.sqrt(np.mean(error[:, 2]**2)):.3f} mm RMS; squared error over the stated one {nse:.2f}')
 
 

@@ -39,7 +39,7 @@ class Scene:
 
 
 def make_scene(name: str, seed: int = 0, *, size: tuple[int, int] = (640, 480), pitch: float = 18.0) -> Scene:
-    """One of the scenes in NAMES, with dot sizes and sub-pixel places drawn from the seed; size: (width, height) px."""
+    """One of the scenes in NAMES, with dot sizes and sub-pixel positions drawn from the seed; size: (width, height) px."""
     rng = np.random.default_rng([seed, NAMES.index(name)])
     effects = NAMES if name == 'all at once' else (name,)
     row, column = np.divmod(np.arange(23 * 23), 23)
@@ -64,7 +64,7 @@ def make_scene(name: str, seed: int = 0, *, size: tuple[int, int] = (640, 480), 
 
 
 def _deformed(plane: np.ndarray, effects: tuple[str, ...], pitch: float) -> np.ndarray:
-    """(N, 2) places of the grid's dots about the image centre, px."""
+    """(N, 2) positions of the grid's dots about the image centre, px."""
     x, y = plane.T
     reach = 11.0 * pitch
     if 'bulged' in effects:
@@ -82,7 +82,7 @@ def _deformed(plane: np.ndarray, effects: tuple[str, ...], pitch: float) -> np.n
 
 
 def _drop_and_merge(uv: np.ndarray, diameter: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Leave out 5 % of the dots and move 3 % so close to a neighbour that they touch: places, present, merged."""
+    """Leave out 5 % of the dots and move 3 % so close to a neighbour that they touch: positions, present, merged."""
     count, uv = len(uv), uv.copy()
     present, merged = rng.random(count) > 0.05, np.zeros(count, bool)
     for k in rng.choice(count, count * 3 // 100, replace=False):
@@ -104,8 +104,8 @@ def _light(size: tuple[int, int], ratio: float) -> np.ndarray:
 def _coverage(uv: np.ndarray, diameter: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """(H * FINE, W * FINE) share of each fine sample that lies in a dot, by four by four points in it."""
     coverage = np.zeros((size[1] * FINE, size[0] * FINE))
-    for place, d in zip(uv, diameter):
-        centre, reach = (place + 0.5) * FINE - 0.5, int(d / 2 * FINE) + 3
+    for position, d in zip(uv, diameter):
+        centre, reach = (position + 0.5) * FINE - 0.5, int(d / 2 * FINE) + 3
         left, top = np.maximum(np.floor(centre).astype(int) - reach, 0)
         right, bottom = np.minimum(np.floor(centre).astype(int) + reach + 2, np.multiply(size, FINE))
         if right > left and bottom > top:
@@ -133,9 +133,9 @@ def _spots(size: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
 
 
 def position_bound(diameter: np.ndarray, amplitude: np.ndarray, noise: float) -> np.ndarray:
-    """Cramer-Rao bound on the places of dots (2-D RMS, px): shape known; place, amplitude and ground unknown.
+    """Cramer-Rao bound on the positions of dots (2-D RMS, px): shape known; position, amplitude and ground unknown.
 
-    diameter, amplitude: (N,); the Fisher matrix is taken by finite differences of rendered dots, its mean over nine sub-pixel places;
+    diameter, amplitude: (N,); the Fisher matrix is taken by finite differences of rendered dots, its mean over nine sub-pixel positions;
     rounding to whole grey levels counts as noise of variance 1/12.
     """
     sizes = np.linspace(np.min(diameter), np.max(diameter) + 1e-6, 6)
@@ -146,8 +146,8 @@ def position_bound(diameter: np.ndarray, amplitude: np.ndarray, noise: float) ->
 def _unit_bound(diameter: float, step: float = 0.25) -> float:
     """The bound for one grey level of noise and amplitude one."""
     variances = []
-    for place in np.stack(np.meshgrid((0.0, 0.33, 0.67), (0.0, 0.33, 0.67), indexing='ij'), axis=-1).reshape(-1, 2):
-        shots = [_blur_and_sample(_coverage((16.0 + place + offset)[None], np.array([diameter]), (33, 33)))
+    for position in np.stack(np.meshgrid((0.0, 0.33, 0.67), (0.0, 0.33, 0.67), indexing='ij'), axis=-1).reshape(-1, 2):
+        shots = [_blur_and_sample(_coverage((16.0 + position + offset)[None], np.array([diameter]), (33, 33)))
                  for offset in np.array([(step, 0), (-step, 0), (0, step), (0, -step), (0, 0)])]
         columns = [(shots[0] - shots[1]) / (2 * step), (shots[2] - shots[3]) / (2 * step), shots[4], np.ones_like(shots[4])]
         jacobian = np.stack([c.ravel() for c in columns], 1)

@@ -31,15 +31,15 @@ from tactile_driver.simulation.skin.surfaces import Sheet
 from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
 
 RATE, SLOW = 30.0, 3.0  # Hz: of scenes, of calibrations
-LEAST = 0.3e-3          # m: shallower touches are not judged
+MIN_DEPTH = 0.3e-3          # m: shallower touches are not judged
 APART = 2.9             # radii of the larger tip: nearer pairs are not judged
 TIPS = 0.6, 2.0         # radii over the calibrated one
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A sensor: module; stiffness of thickness one, N/m; bending, N m; nodes; print; radius, m, of a usual tip; places, m, and depths, m,
-    of the calibration; distance, m, within which scenes stay from the centre; range of depths, m; way of drags, m."""
+    """A sensor: module; stiffness of thickness one, N/m; bending, N m; nodes; print; radius, m, of a usual tip; positions and depths, m, of
+    the calibration; distance, m, within which scenes stay from the centre; range of depths, m; length of drags, m."""
 
     module: object
     tension: float
@@ -47,11 +47,11 @@ class Kind:
     nodes: int
     printed: tuple
     radius: float
-    places: tuple
+    positions: tuple
     depths: tuple
     within: tuple
     deep: tuple
-    way: float
+    drag_length: float
 
 
 KINDS = {
@@ -82,14 +82,14 @@ class AnySheet:
         return replace(usual, skin=sheet, pattern=markers(sheet, *kind.printed, rng), cameras=cameras, renderers=renderers)
 
     def calibration(self) -> Script:
-        """Straight presses at nine places, as few as a small calibration has."""
-        ball, (x, y) = _ball(self.radius), self.kind.places
-        places = [(a, b) for b in (-y, 0.0, y) for a in (-x, 0.0, x)]
-        acts = one_after_the_other([partial(_stairs, ball, self.kind.depths, *place) for place in places], pause=0.3)
+        """Straight presses at nine positions, as few as a small calibration has."""
+        ball, (x, y) = _ball(self.radius), self.kind.positions
+        positions = [(a, b) for b in (-y, 0.0, y) for a in (-x, 0.0, x)]
+        acts = one_after_the_other([partial(_stairs, ball, self.kind.depths, *position) for position in positions], pause=0.3)
         return Script(self.build, acts, self.friction)
 
     def scene(self, row: str, seed: int) -> tuple[Script, Shutters | None]:
-        """The script of a row of the table, and when the right camera exposes; seed: of places, depths, ways and tips."""
+        """The script of a row of the table, and when the right camera exposes; seed: of positions, depths, drags and tips."""
         what, _, number = row.partition('_')
         rng = np.random.default_rng([self.seed, seed, *row.encode()])
         number = float(number or self.friction)
@@ -112,11 +112,11 @@ class AnySheet:
         acts = []
         while len(acts) < 5:
             start, angle = np.array(self._place(rng)), rng.uniform(0, 2 * np.pi)
-            way = self.kind.way * rng.uniform(0.5, 1.5) * np.array([np.cos(angle), np.sin(angle)])
-            if (np.abs(start + way) < self.kind.within).all():
+            path = self.kind.drag_length * rng.uniform(0.5, 1.5) * np.array([np.cos(angle), np.sin(angle)])
+            if (np.abs(start + path) < self.kind.within).all():
                 speed = rng.uniform(0.01, 0.1)  # m/s
-                acts.append(partial(drag, _ball(self._tip(rng)), *start, rng.uniform(*self.kind.deep), *way,
-                                    duration=max(float(np.hypot(*way)) / speed, 0.2)))
+                acts.append(partial(drag, _ball(self._tip(rng)), *start, rng.uniform(*self.kind.deep), *path,
+                                    duration=max(float(np.hypot(*path)) / speed, 0.2)))
         return one_after_the_other(acts, pause=0.3)
 
     def _two(self, rng: np.random.Generator) -> tuple[Act, ...]:
@@ -151,8 +151,8 @@ def _stairs(tool: str, depths: tuple, x: float, y: float, *, start: float) -> Ac
 def _pair(radii: list[float], apart: float) -> str:
     """Name of two balls of radii, m, whose lowest points are apart, m."""
     name = f'balls_{1e6 * radii[0]:.0f}_{1e6 * radii[1]:.0f}um_{1e6 * apart:.0f}um'
-    places = tuple((x, 0.0, radius) for x, radius in zip((-apart / 2, apart / 2), radii))
-    TOOLS[name] = Tool(name, tuple(partial(sphere, radius=radius) for radius in radii), places, min(radii), central=True)
+    positions = tuple((x, 0.0, radius) for x, radius in zip((-apart / 2, apart / 2), radii))
+    TOOLS[name] = Tool(name, tuple(partial(sphere, radius=radius) for radius in radii), positions, min(radii), central=True)
     return name
 
 
@@ -169,7 +169,7 @@ def write(sheet: AnySheet, folder: Path, name: str, script: Script, rate: float,
 def counts(apart: float, _estimated, true) -> bool:
     """Whether an instant is judged: untouched, or touched deep enough by tips that are far enough apart, m."""
     tips = true.contacts or []
-    if tips and min(tip.depth for tip in tips) < LEAST:
+    if tips and min(tip.depth for tip in tips) < MIN_DEPTH:
         return False
     return len(tips) < 2 or np.hypot(*(tips[0].position - tips[1].position)[:2]) >= apart
 
@@ -197,11 +197,12 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=0, help='of the scenes, and the first specimen')
     parser.add_argument('--rows', nargs='+', default=None)
     wanted = parser.parse_args()
-    print('| specimen, row | place, mm, mean / 95 % | depth | squared | force, % | moment, % | reported, % | beside |\n' + '|---' * 8 + '|')
+    print('| specimen, row | position, mm, mean / 95 % | depth | squared | force, % | moment, % | reported, % | beside |')
+    print('|---' * 8 + '|')
     for number in range(wanted.seed, wanted.seed + wanted.specimens):
         sheet = AnySheet(wanted.sensor, number)
-        with tempfile.TemporaryDirectory() as place:
-            folder = Path(place)
+        with tempfile.TemporaryDirectory() as temporary:
+            folder = Path(temporary)
             calibration = calibrated(write(sheet, folder, 'small', sheet.calibration(), SLOW), wanted.sensor, folder / 'calibration.yaml')
             for row in wanted.rows or ROWS[wanted.sensor]:
                 script, shutters = sheet.scene(row, wanted.seed)

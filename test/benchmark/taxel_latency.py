@@ -75,8 +75,8 @@ def main() -> None:
     seeds, scenes = int(sys.argv[1]) if len(sys.argv) > 1 else 1, sys.argv[2:] or SCENES
     scores = defaultdict(Score)
     for (name, of), seed in itertools.product(DEVICES.items(), range(seeds)):
-        with TemporaryDirectory() as place:
-            folder = Path(place)
+        with TemporaryDirectory() as temporary:
+            folder = Path(temporary)
             params, calibration = device(folder, *of, seed)
             for scene in scenes:
                 write_taxel_scene(folder / scene, scene, RATE, scene=TaxelScene(TAXEL_SCENES[scene], RATE, seed, *of))

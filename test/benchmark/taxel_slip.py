@@ -22,7 +22,7 @@ from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.response import Response
 
 PITCH, FULL_SCALE = 3.4e-3, 4095.0
-_LEAST = 60  # counts: pads with a smaller maximum have no contact
+_MIN_COUNTS = 60  # counts: pads with a smaller maximum have no contact
 _PAUSE_S = 0.5  # s between two slips
 
 
@@ -80,9 +80,9 @@ def events(pad: Pad) -> tuple[list[tuple[float, float, float]], float]:
 def pads(folder: Path) -> Iterator[Pad]:
     """All pads of all recordings that feel anything."""
     for path in sorted(folder.glob('sdh_slip/*.bag')):
-        yield from (pad for pad in read_bag(path) if pad.values.max() >= _LEAST)
+        yield from (pad for pad in read_bag(path) if pad.values.max() >= _MIN_COUNTS)
     for path in sorted(folder.glob('dsa_slip/*.npz')):
-        yield from (pad for pad in read_npz(path) if pad.values.max() >= _LEAST)
+        yield from (pad for pad in read_npz(path) if pad.values.max() >= _MIN_COUNTS)
 
 
 def main() -> None:

@@ -72,7 +72,7 @@ def test_the_touchpad_on_a_recording_when_calibrated(tmp_path):
     found = touchpad(tmp_path, name, calibration)
     check_touchpad(found, 0.92, 0.85, 0.85, 0.78)
     assert found.medians()['depth'] < 0.03 and found.medians()['force_relative'] < 5
-    # the dots' places in 3D
+    # the dots' positions in 3D
     process_bag(Replay(tmp_path / name, tmp_path / f'{name}.yaml', calibration), tmp_path / 'out')
     truth, off = np.load(recording_folder(name) / 'truth.npz'), []
     with BagReader(tmp_path / 'out') as reader:

@@ -38,7 +38,7 @@ from tactile_perception.touchpad.positions import DotPositions
 from tactile_perception.touchpad.sensor import Touchpad
 from tactile_perception.touchpad.slip import slip_confidence
 
-PIXEL, SPREAD = 15e-6, 18e-6  # rad, m: noise of a dot's place in the image, and of its range
+PIXEL, SPREAD = 15e-6, 18e-6  # rad, m: noise of a dot's position in the image, and of its range
 GAIN, SCALE = 0.03, 0.05  # relative error that the displacements along the rays share, and its standard deviation as known
 COLOUR_RATE, RATE, TAXEL_RATE = 5.0, 20.0, 50.0  # frames/s
 NEAR = 50e-6  # m: a free dot nearer to the tool is not judged
@@ -96,7 +96,7 @@ def test_dots_at_half_and_at_double_the_pitch_are_found_as_well(pitch):
 
 @lru_cache(maxsize=1)
 def coloured():
-    """Scenes with glare and without: sensor, camera, images, tracks of their dots, and true places."""
+    """Scenes with glare and without: sensor, camera, images, tracks of their dots, and true positions."""
     found = []
     for kind, effect in (('disc', 1), ('ball', 4)):
         scene = random_scene(KINDS.index(kind) + effect * len(KINDS), 9300, COLOUR_RATE)
@@ -109,11 +109,11 @@ def coloured():
 
 
 def located():
-    """Root mean square error of the places of all dots, m, with glare and without."""
+    """Root mean square error of the positions of all dots, m, with glare and without."""
     found = []
     for sensor, camera, frames, tracks in coloured():
-        places = DotPositions(sensor, camera)
-        off = [np.square(places.locate(frame.image, seen) - frame.truth.dot_xyz[seen.id]).sum(axis=1)
+        positions = DotPositions(sensor, camera)
+        off = [np.square(positions.locate(frame.image, seen) - frame.truth.dot_xyz[seen.id]).sum(axis=1)
                for frame, seen in zip(frames, tracks)]
         found.append(np.sqrt(np.nanmean(np.concatenate(off))))
     return np.array(found)
@@ -154,7 +154,7 @@ def _measured(scene, rng, noise):
 
 @lru_cache(maxsize=4)
 def seen(rate, noise=1.0, seed=8800):
-    """Of each scene: what it is measured of, and of each frame the dots' places, true states, and which are judged."""
+    """Of each scene: what it is measured of, and of each frame the dots' positions, true states, and which are judged."""
     return [_solved(scene) for scene in measured(rate, noise, seed)]
 
 
@@ -199,18 +199,18 @@ def test_no_constant_of_stick_and_slip_decides_alone():
 
 
 def placed(model):
-    """Root mean square error of the places of dots that touch, m; relative error of the force; and F1 of contact."""
-    place, force, counts = [], [], np.zeros((2, 2))
+    """Root mean square error of the positions of dots that touch, m; relative error of the force; and F1 of contact."""
+    position, force, counts = [], [], np.zeros((2, 2))
     for scene in measured(RATE)[::2]:
         method, frames = classifier(scene), _solved(scene, model)[1]
         for number, ((xyz, true, judged), truth) in enumerate(zip(frames, scene.truths)):
             found = method.classify(np.arange(len(true)), xyz, number / RATE)
-            place.append(np.square(xyz - truth.dot_xyz).sum(axis=1)[true > 0])
+            position.append(np.square(xyz - truth.dot_xyz).sum(axis=1)[true > 0])
             np.add.at(counts, ((true > 0)[judged].astype(int), (found.state > 0)[judged].astype(int)), 1)
             if np.linalg.norm(truth.wrench[:3]) > 0.3:
                 force.append(np.linalg.norm(found.wrench[:3] - truth.wrench[:3]) / np.linalg.norm(truth.wrench[:3]))
     wrong = 1 - 2 * counts[1, 1] / (counts[1].sum() + counts[:, 1].sum())
-    return np.array([np.sqrt(np.mean(np.concatenate(place))), np.median(force), wrong])
+    return np.array([np.sqrt(np.mean(np.concatenate(position))), np.median(force), wrong])
 
 
 def test_no_constant_of_the_membrane_decides_alone():
@@ -263,8 +263,8 @@ def pressed():
     """Of devices A and B: an estimator, and the images and truths of each scene."""
     found = []
     for of in DEVICES.values():
-        with TemporaryDirectory() as place:
-            params, calibration = device(Path(place), *of, 0)
+        with TemporaryDirectory() as temporary:
+            params, calibration = device(Path(temporary), *of, 0)
             values = read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS)
             made = taxel_estimator({**values, 'calibration': str(calibration)})
         scenes = [TaxelScene(TAXEL_SCENES[name], TAXEL_RATE, 0, *of) for name in ('drag', 'turn', 'smooth', 'cycle', 'roll', 'slide')]

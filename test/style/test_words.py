@@ -22,7 +22,7 @@ WORDS = {
 FINISHED = (
     'tactile_msgs', 'tactile_driver/doc', 'tactile_driver/CHANGELOG.rst', 'conf.py', 'tactile_perception/tactile_perception/published',
     'tactile_bringup/hands', 'tactile_bringup/test', 'tactile_driver/test',
-    *(f'test/{name}' for name in ('borders', 'docs', 'environment', 'faults', 'hardware', 'launch', 'stability')),
+    *(f'test/{name}' for name in ('benchmark', 'borders', 'docs', 'environment', 'faults', 'hardware', 'launch', 'stability')),
     *(f'tactile_driver/tactile_driver/{name}' for name in (
         'camera', 'nodes', 'parameters', 'recordings', 'serial', 'simulation', 'sources', 'stitching/methods.py', '__init__.py',
         'emulators.py', 'errors.py', 'frame.py', 'frame_names.py', 'lens.py', 'plugins.py', 'stamp_gaps.py')),
@@ -42,7 +42,6 @@ FINISHED = (
         'dome', 'sheet', 'conftest.py', 'test_field.py', 'test_presses.py', 'test_published.py', 'test_region.py', 'test_sensitivity.py',
         'test_stage.py', 'test_stitching.py', 'test_tools.py')),
     *(f'tactile_perception/src/{name}' for name in ('bindings', 'common', 'dots', 'finger', 'force_taxels', 'press', 'taxel', 'touchpad')),
-    *(f'test/benchmark/{name}.py' for name in ('clips', 'gels', 'judged', 'parts', 'ratios', 'run')),
     'tactile_bringup/tactile_bringup', 'environment', 'Makefile', 'CONTRIBUTING.md', 'README.md', 'docs', '.github',
 )
 
