@@ -65,7 +65,7 @@ sanitize:
 	@source ./setup.bash && ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libubsan.so)" \
 	  PYTHONPATH=$$(echo $(CURDIR)/out/sanitize/install/lib/python3*/*-packages):$$PYTHONPATH \
 	  python3 -m pytest $(wildcard $(patsubst tactile_perception/src/%,tactile_perception/test/%,$(wildcard tactile_perception/src/*))) \
-  tactile_perception/test/core/test_border.py --timeout 1500 $(PYTEST)
+	  tactile_perception/test/core/test_border.py --timeout 1500 $(PYTEST)
 
 lint:
 	@source ./setup.bash && python3 -m pytest test/style $(PYTEST)

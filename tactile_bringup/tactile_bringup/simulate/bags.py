@@ -25,10 +25,11 @@ from tactile_driver.nodes.messages.conversions import (
     header_of,
     image_to_message,
     instants,
+    stamp_ns_of,
     static_transform,
     voltages_message,
 )
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, recorded_truth
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, frame_messages, recorded_truth
 from tactile_driver.recordings.scenes import SceneWriter
 from tactile_driver.recordings.writer import write_messages
 from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
@@ -136,13 +137,9 @@ def psd_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, 
 
 
 def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """Yield (stamp in ns, topic, message) of all frames of a taxel scene."""
-    numbers = TouchNumbers()
-    for number in range(scene.frames):
-        stamp = _stamp(number, rate)
-        header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
-        yield stamp, 'image_raw', image_to_message(Frame(values, stamp, 'mono8'), '', header)
-        yield from recorded_truth(truth, numbers, 1 / rate, header)
+    """(Stamp in ns, topic, message) of all frames of a taxel scene."""
+    return frame_messages(scene, rate, frame_id, _FIRST_NS, 'image_raw',
+                          lambda values, header: image_to_message(Frame(values, stamp_ns_of(header), 'mono8'), '', header))
 
 
 #: Driver, or `camera` for those with cameras -> function that writes a scene to a bag, default rate (Hz), names of the scenes.

@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from ..nodes.messages.conversions import header_of
-from ..nodes.messages.ground_truth import TouchNumbers, recorded_truth
+from ..nodes.messages.conversions import stamp_ns_of
+from ..nodes.messages.ground_truth import frame_messages
 from ..recordings.reader import RawMessage, RecordedTruth
 from ..recordings.scenes import SceneWriter
 from ..recordings.serialization import decode
 from ..simulation.force_taxels.scene import VECTOR_SCENES, VectorScene, open_vector_scene
 from ..sources.bag import BagSource
-from ..sources.source import NS, Clock
+from ..sources.source import Clock
 from .layout import TaxelFrame, TaxelLayout, read_layout, taxel_frame
 from .messages import taxels_of_message, taxels_to_message
 from .sources import simulated_frame
@@ -53,12 +53,8 @@ class VectorBagSource(BagSource):
 
 def _messages(scene: VectorScene, frame_id: str, first_ns: int) -> Iterator[tuple[int, str, object]]:
     """See SceneWriter."""
-    touches = TouchNumbers()
-    for number in range(scene.frames):
-        stamp = first_ns + round(number / scene.rate * NS)
-        header, (numbers, truth) = header_of(stamp, frame_id), scene.render(number / scene.rate)
-        yield stamp, 'taxels', taxels_to_message(simulated_frame(scene.shape, numbers, stamp), header)
-        yield from recorded_truth(truth, touches, 1 / scene.rate, header)
+    return frame_messages(scene, scene.rate, frame_id, first_ns, 'taxels',
+                          lambda numbers, header: taxels_to_message(simulated_frame(scene.shape, numbers, stamp_ns_of(header)), header))
 
 
 SCENES = SceneWriter(VECTOR_SCENES, 100.0, open_vector_scene, _messages, {'surface': (0.0, 0.0, 0.0)})

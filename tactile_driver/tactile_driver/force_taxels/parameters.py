@@ -3,7 +3,7 @@
 """The parameters and sources of force_taxel_node. No ROS here."""
 from __future__ import annotations
 
-from ..parameters.drivers import AUTOSTART, SCENE, SEED, SERIAL_DEVICE, STAY, sensor_parameters
+from ..parameters.drivers import AUTOSTART, PLAYED_FRAMES, SERIAL_DEVICE, STAY, sensor_parameters
 from ..parameters.table import Parameter
 from ..plugins import PluginTable
 from ..sources.registry import Sources
@@ -24,11 +24,7 @@ FORCE_TAXEL_DRIVER_PARAMETERS = (
               'only one'),
     Parameter('columns', str, '', '', 'source file: regular expression of the names of the columns with the numbers of the taxels; empty: '
               'all'),
-    SCENE,
-    SEED,
-    Parameter('rate', float, -1.0, 'Hz', "frame rate; -1: the source's own (sim: 100 Hz); sources file and bag, 0: as fast as subscribers "
-              'receive', -1.0, 20000.0),
-    Parameter('loop', bool, False, '', 'sources file and bag: restart at the end (sim always does)'),
+    *PLAYED_FRAMES,
     *sensor_parameters('force_taxels'),
     STAY,
     AUTOSTART,

@@ -152,6 +152,15 @@ PSD_DRIVER_PARAMETERS = (
 )
 
 
+#: How a driver of taxels plays scenes and recordings.
+PLAYED_FRAMES = (
+    SCENE,
+    SEED,
+    Parameter('rate', float, -1.0, 'Hz', "frame rate; -1: the source's own (sim: 100 Hz); sources file and bag, 0: as fast as subscribers "
+              'receive', -1.0, 20000.0),
+    Parameter('loop', bool, False, '', 'sources file and bag: restart at the end (sim always does)'),
+)
+
 TAXEL_DRIVER_PARAMETERS = (
     Parameter('source', str, 'sim', '', 'origin of the images: sim (simulated array), device (serial port), file (.npz, .npy, .csv '
               'or a folder of them) or bag (rosbag2 recording)', choices=TAXEL_SOURCES),
@@ -159,11 +168,7 @@ TAXEL_DRIVER_PARAMETERS = (
     Parameter('baud', int, 12000000, 'bit/s', 'source device: baud rate', 300, 20_000_000),
     Parameter('path', str, '', '', 'source file: the file or folder; source bag: the rosbag2 folder'),
     Parameter('topic', str, '', '', 'source bag: the image topic; source file: the array in an .npz; empty if there is only one'),
-    SCENE,
-    SEED,
-    Parameter('rate', float, -1.0, 'Hz', "frame rate; -1: the source's own (sim: 100 Hz); sources file and bag, 0: as fast as subscribers "
-              'receive', -1.0, 20000.0),
-    Parameter('loop', bool, False, '', 'sources file and bag: restart at the end (sim always does)'),
+    *PLAYED_FRAMES,
     Parameter('rows', int, 44, '', 'rows of taxels in the published image', 1, LARGEST),
     Parameter('columns', int, 44, '', 'columns of taxels in the published image', 1, LARGEST),
     Parameter('transposed', bool, False, '', 'sources device, file and bag: exchange rows and columns'),

@@ -218,7 +218,8 @@ void SlipFilter::predict(Reading& one, double interval) {
 // Whether the object moves, by all taxels, and which of them slip.
 void SlipFilter::weigh(std::vector<Reading>& readings, double interval) {
     const double change = std::min(limits_.changes * interval, 0.5), stop = std::min(limits_.stops * interval, 0.5);
-    const double kept = std::min(interval / limits_.texture_s, 1.0), half = std::pow(0.5, kept), prior = moving * (1 - stop) + (1 - moving) * change;
+    const double kept = std::min(interval / limits_.texture_s, 1.0), half = std::pow(0.5, kept);
+    const double prior = moving * (1 - stop) + (1 - moving) * change;
     double evidence = 0;
     for (Reading& one : readings) {
         auto& [rest, load, slip] = one.likelihood;

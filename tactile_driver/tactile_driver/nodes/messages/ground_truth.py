@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from geometry_msgs.msg import PointStamped, Quaternion, Transform, Twist, Wrench, WrenchStamped
@@ -17,7 +17,8 @@ from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
 from ...recordings.truth import RecordedTruth
 from ...simulation.truth import Touch, TruthFrame
-from .conversions import point, polygon, quaternion_of, stamp_ns_of, vector
+from ...sources.source import NS
+from .conversions import header_of, point, polygon, quaternion_of, stamp_ns_of, vector
 
 _NAN = float('nan')
 _MAX_CONTACT_STEP = 5e-3  # m between frames; a contact that moves further gets a new id
@@ -93,6 +94,20 @@ def recorded_truth(truth: TruthFrame, numbers: TouchNumbers, interval: float, he
     """Yield (stamp in ns, topic, message) of truth_messages, for a recording."""
     for name, message in truth_messages(truth, numbers.assign(truth.contacts), interval, header, names).items():
         yield stamp_ns_of(header), f'ground_truth/{name}', message
+
+
+def frame_messages(scene, rate: float, frame_id: str, first_ns: int, topic: str,
+                   message: Callable[[np.ndarray, Header], object]) -> Iterator[tuple[int, str, object]]:
+    """Yield (stamp in ns, topic, message) of all frames of a scene, and of their ground truth.
+
+    rate: Hz; first_ns: stamp of the first frame; message: of what a frame shows, with its header.
+    """
+    numbers = TouchNumbers()
+    for number in range(scene.frames):
+        stamp = first_ns + round(number / rate * NS)
+        header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
+        yield stamp, topic, message(values, header)
+        yield from recorded_truth(truth, numbers, 1 / rate, header)
 
 
 class GroundTruth:
