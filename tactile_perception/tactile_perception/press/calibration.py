@@ -6,14 +6,14 @@ The file has the fitted numbers of each method, its cross-validation errors, and
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from ..core.calibration_file import CalibrationFile, Specimen, read_calibration, write_calibration
+from ..core.calibration_file import CalibrationFile, read_calibration
 from ..core.errors import BadArgument, BadCalibration
 from .estimate import TouchMethod
 from .presses import Presses
@@ -62,19 +62,6 @@ class TouchCalibration:
         if method not in self.methods:
             raise BadCalibration(f'the calibration holds no method {method}; it has {", ".join(self.methods)}; choose one of them')
         return self.methods[method]
-
-
-def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, dict], wrench_errors: dict, span: dict,
-                left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
-    """Write fitted ({'methods': ..., 'wrench': ..., 'stitching': ..., 'pattern': ..., 'rest': ...}) and the cross-validation scores.
-
-    wrench_errors: median relative errors of the wrench by name, NaN when unknown; span: [lowest, highest] of depth, x, y, m, by name;
-    specimen: the sensor; outliers: one line each.
-    Raises BadCalibration or OSError as write_calibration does.
-    """
-    residuals = scores | {WRENCH: wrench_errors}
-    write_calibration(path, CalibrationFile(sensor, UNITS, fitted, residuals, span, left_out, serial=specimen.serial,
-                                            parameters=specimen.parameters(sensor), outliers=list(outliers)))
 
 
 def read_touch(path: str | Path, sensor: str, values: Mapping | None = None) -> TouchCalibration:

@@ -29,7 +29,7 @@ from ..core.errors import BadCalibration, BadFrame, BadRecording
 from ..core.messages import camera_matrices, stamp_seconds
 from ..core.parameter_files import read_parameters
 from ..dots.tracker import DotTracker, find_pattern, make_tracker
-from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
+from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, UNITS, WRENCH, best_method, fit_stiffness
 from .field import RestMarkers, middle_of_seen, view_maker
 from .methods import make_method, methods_for
 from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
@@ -282,7 +282,9 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
     residuals = marker_residuals(held[best], presses, reader.names)
     standing_out = outliers(residuals)
-    write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out, Specimen(serial, reader.values), standing_out)
+    write_calibration(output, CalibrationFile(reader.sensor.type, UNITS, fitted, scores | {WRENCH: errors}, span, reader.left_out,
+                                              serial=serial, outliers=standing_out,
+                                              parameters=Specimen(serial, reader.values).parameters(reader.sensor.type)))
     reported = report(presses, scores, methods, errors, reader.left_out, output)
     drawn = report_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
     return '\n'.join([*(stitched.lines() if stitched else []), reported, *drawn])

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
+from tactile_perception.core.calibration_file import CalibrationFile, write_calibration
 from tactile_perception.core.errors import BadArgument, BadCalibration
-from tactile_perception.press.calibration import best_method, fit_stiffness, read_touch, write_touch
+from tactile_perception.press.calibration import UNITS, best_method, fit_stiffness, read_touch
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.methods import make_method
 from tactile_perception.press.presses import Presses, held_out, marker_residuals, require_coverage, rms_errors, score
@@ -126,17 +127,20 @@ def test_residuals_are_over_the_surface_in_mm_and_have_times():
     assert position.position == pytest.approx(np.array([[0, 5], [10, 0]])) and position.when == ['bag at 2.0 s', 'bag at 1.0 s']
 
 
-NAN = float('nan')
 GOOD, BAD = ({'place_median': position, 'depth_median': depth, 'presses': 9, 'missed': 0, 'split': 0}
              for position, depth in ((2e-4, 1e-4), (2e-3, 9e-5)))
 SPAN = {'depth': [1e-3, 5e-3], 'x': [-0.01, 0.01], 'y': [-0.02, 0.02]}
 
 
+def write(path, sensor, fitted, residuals=()):
+    write_calibration(path, CalibrationFile(sensor, UNITS, fitted, dict(residuals), SPAN, ['x']))
+
+
 @pytest.fixture
 def path(tmp_path):
     path = tmp_path / 'sheet.yaml'
-    write_touch(path, 'areal_single', {'methods': {'far': {'a': 1.0}, 'near': {'a': [2.0]}}}, {'far': BAD, 'near': GOOD},
-                {'force': NAN}, SPAN, ['x'])
+    write(path, 'areal_single', {'methods': {'far': {'a': 1.0}, 'near': {'a': [2.0]}}},
+          {'far': BAD, 'near': GOOD, 'wrench': {'force': float('nan')}})
     return path
 
 
@@ -163,9 +167,9 @@ def test_a_method_of_another_surface_and_one_without_its_numbers_are_refused():
 
 def test_the_stiffness_is_read(path):
     fitted = {'methods': {'one': {}}, 'wrench': {'stiffness': 50.0}}
-    write_touch(path, 'areal_single', fitted, {}, {}, SPAN, [])
+    write(path, 'areal_single', fitted)
     assert read_touch(path, 'areal_single').stiffness == 50.0
-    write_touch(path, 'areal_single', fitted | {'wrench': {'a': 1.0}}, {}, {}, SPAN, [])
+    write(path, 'areal_single', fitted | {'wrench': {'a': 1.0}})
     with pytest.raises(BadCalibration, match='no stiffness'):
         read_touch(path, 'areal_single')
 
@@ -173,7 +177,7 @@ def test_the_stiffness_is_read(path):
 def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path):
     with pytest.raises(BadCalibration, match='sensor type'):
         read_touch(path, 'air_cushion')
-    write_touch(tmp_path / 'none.yaml', 'areal_single', {}, {}, {}, SPAN, [])
+    write(tmp_path / 'none.yaml', 'areal_single', {})
     with pytest.raises(BadCalibration, match='method'):
         read_touch(tmp_path / 'none.yaml', 'areal_single')
 
@@ -191,9 +195,9 @@ def test_a_method_that_misses_or_splits_presses_is_worse_than_one_that_finds_the
 
 def test_the_pattern_of_a_dome_without_a_grid_is_stored(path):
     pattern = [[100.5, 20.25], [310.0, 22.0], [200.0, 230.0]]
-    write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': np.array(pattern)}, {}, {}, SPAN, [])
+    write(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': np.array(pattern)})
     np.testing.assert_allclose(read_touch(path, 'air_cushion').pattern, pattern)
-    write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': np.array([1.0, 2.0])}, {}, {}, SPAN, [])
+    write(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': np.array([1.0, 2.0])})
     with pytest.raises(BadCalibration, match='pairs'):
         read_touch(path, 'air_cushion')
 
