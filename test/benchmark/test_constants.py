@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Halved and doubled constants: of the detection of dots and of their ranges by colour, on images that are rendered once; of the touchpad's
-models of membrane and of stick and slip, on random scenes whose dots are seen with the noise of images and whose ranges are smoothed by the
-membrane; of the array's slip, on two devices (pytest -s prints them). Also other frame rates, more noise, and whether the probabilities are
-right."""
+"""Halved and doubled constants: of every frozen dataclass of them (constants.py; pytest -s prints them); of the detection of dots and of
+their ranges by colour, on images that are rendered once; of the touchpad's models of membrane and of stick and slip, on random scenes whose
+dots are seen with the noise of images and whose ranges are smoothed by the membrane; of the array's slip, on two devices. Also other frame
+rates, more noise, and whether the probabilities are right."""
 from dataclasses import fields
 from functools import lru_cache
 from pathlib import Path
@@ -14,6 +14,7 @@ import dots
 import fit_contact_score
 import numpy as np
 import pytest
+from constants import ROOMS, effects, plain, table
 from fit_contact_score import KINDS, random_scene
 from judged import touchpad_parameters
 from printed_dots import make_scene
@@ -295,3 +296,21 @@ def slips(name='edge', factor=1.0):
 def test_no_limit_of_the_array_decides_alone(name, factor):
     usual = slips()
     assert (slips(name, factor) >= usual - 0.25 * (1 - usual)).all()
+
+
+#: May change an error by more than the half: of what, and why.
+DECISIVE = {}
+
+
+@pytest.mark.parametrize('name', ROOMS)
+def test_no_constant_of_a_struct_decides_alone(name):
+    print(table(name))
+    assert {key: growth for key, growth in effects(name).items() if not max(growth) < 0.5 and not np.isnan(growth).all()
+            and key not in DECISIVE} == {}
+
+
+def test_the_page_lists_every_constant_with_its_value():
+    page = (Path(__file__).resolve().parents[2] / 'docs' / 'constants.md').read_text()
+    assert [f'{type(struct).__name__}.{field.name}' for room in ROOMS.values() for struct in room.structs for field in fields(struct)
+            if f'`{type(struct).__name__}.{field.name}` | {plain(getattr(struct, field.name))} |' not in page
+            and f'`{field.name}`' not in page] == []

@@ -106,6 +106,7 @@ RUNS = (
     Run(r'python3 test/benchmark/gels.py', change=('gels.py 5', 'gels.py 1'), prints=r'middle mm'),
     Run(r'python3 test/benchmark/fit_contact_score.py', more=' --scenes 2', writes='out/border_network.npz'),
     Run(r'python3 test/benchmark/ratios.py', more=' touchpad --rounds 1', prints=r'touchpad: [\d.]+ ms a frame'),
+    Run(r'python3 test/benchmark/constants.py', more=' sheet', prints=r'SheetConstants.tip'),
     Run(r'python3 test/benchmark/judged.py', prints=r'F1|position'),
     Run(r'python3 test/benchmark/taxel_slip.py FOLDER', change=('FOLDER', '$TACTILE_RECORDINGS'), prints=r'frames, [\d.]+% slip'),
     # the finger's of all papers; the page of each other paper has a command of its own

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core.calibration_file import CalibrationFile, read_calibration
 from ..core.errors import BadArgument, BadCalibration
+from .constants import PRESS
 from .estimate import TouchMethod
 from .presses import Presses
 
@@ -22,7 +23,6 @@ UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'mom
          'rest': 'px', 'residuals': 'm; normalised squared error and errors of the wrench 1'}
 WRENCH, STIFFNESS, STITCHING, METHODS, PATTERN, REST = 'wrench', 'stiffness', 'stitching', 'methods', 'pattern', 'rest'
 _MEDIANS = 'place_median', 'depth_median'
-_PREFERENCE = {'model': 2.0}  # a method is preferred unless its errors are larger by more than this factor
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def best_method(residuals: dict, methods) -> str:
     if not known:
         return next(iter(methods))
     smallest = np.maximum(np.min(list(known.values()), axis=0), 1e-9)
-    return min(known, key=lambda name: float(np.sum(known[name] / smallest)) / _PREFERENCE.get(name, 1.0))
+    return min(known, key=lambda name: float(np.sum(known[name] / smallest)) / (PRESS.model_preference if name == 'model' else 1.0))
 
 
 def _typical(numbers: dict) -> np.ndarray:
@@ -124,23 +124,19 @@ def _typical(numbers: dict) -> np.ndarray:
     return errors * (presses / reported)**2 if reported > 0 else np.full(2, np.nan)
 
 
-MIN_PRESSES = 6  # for a model, and with a recorded wrench for the stiffness
-MIN_RELATIVE_DEPTH = 0.02  # of the deepest press; shallower presses are left out
-
-
 def fit_stiffness(presses: Presses, method: TouchMethod) -> tuple[float, dict]:
     """Fit the stiffness, N/m, and compute the median relative errors of force and moment at the presses with a recorded wrench.
 
-    Raises BadCalibration for fewer than MIN_PRESSES presses that the method estimates as one contact.
+    Raises BadCalibration for too few presses that the method estimates as one contact.
     """
     deepest = float(presses.depth.max(initial=0.0))
     known = presses.touching & np.isfinite(presses.wrench).all(1) & (presses.wrench[:, 2] < 0) & \
-        (presses.depth > MIN_RELATIVE_DEPTH * deepest)
+        (presses.depth > PRESS.min_press_depth * deepest)
     presses = presses.select(known)
     found = [(touches[0].wrench, wrench) for touches, wrench in zip(map(method.estimate, presses.fields), presses.wrench)
              if len(touches) == 1 and np.isfinite(touches[0].wrench).all()]
-    if len(found) < MIN_PRESSES:
-        raise BadCalibration(f'{len(found)} presses with a recorded wrench are too few for the stiffness; {MIN_PRESSES} are needed')
+    if len(found) < PRESS.min_presses:
+        raise BadCalibration(f'{len(found)} presses with a recorded wrench are too few for the stiffness; {PRESS.min_presses} are needed')
     estimated, truth = np.swapaxes(found, 0, 1)
     stiffness = float(np.median(truth[:, 2] / estimated[:, 2]))
     return stiffness, {name: _relative(stiffness * estimated[:, part] - truth[:, part], truth[:, part])
@@ -185,10 +181,6 @@ def _restored(kind, value):
     return kind(value)
 
 
-MAX_EVALUATIONS = 10  # in addition to those for the first derivatives
-MIN_GAIN = 0.005  # of the cost; a step that gains less is the last
-STEP = 0.15       # finite difference over the prior's standard deviation; simulations converge to less
-
 Residuals = Callable[[list[np.ndarray]], list[np.ndarray]]
 
 
@@ -220,7 +212,8 @@ def identify(residuals: Residuals, starts: list[np.ndarray], prior: Prior) -> np
     tried = with_prior(begin)
     best = int(np.argmin([rest @ rest for rest in tried]))
     start, residual = begin[best], tried[best]
-    steps = np.where(start + STEP > high, -STEP, STEP)
+    step = 0.15  # of the finite difference over the prior's standard deviation; simulations converge to less
+    steps = np.where(start + step > high, -step, step)
     jacobian = (np.array(with_prior([start + step for step in np.diag(steps)])) - residual).T / steps
     return prior.mean + prior.sigma * _least_squares(lambda units: with_prior([units])[0], start, jacobian, (low, high))
 
@@ -244,7 +237,8 @@ def _least_squares(residual: Callable[[np.ndarray], np.ndarray], start: np.ndarr
         last = [(units.copy(), now)]
         return jacobian
 
-    return least_squares(value, start, slopes, bounds=bounds, ftol=MIN_GAIN, xtol=1e-3, max_nfev=MAX_EVALUATIONS).x
+    # A step that gains less than 0.5 % of the cost is the last. The evaluations are in addition to those for the first derivatives.
+    return least_squares(value, start, slopes, bounds=bounds, ftol=0.005, xtol=1e-3, max_nfev=10).x
 
 
 def noise_at_rest(values: list[np.ndarray], default: float, minimum: float) -> float:

@@ -13,12 +13,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import partial
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
+from .constants import PRESS
 from .field import MarkerField
 
 __all__ = ['AMBIGUOUS', 'AT_EDGE', 'OUT_OF_RANGE', 'Choice', 'Evidence', 'TouchEstimate', 'TouchMethod']
@@ -66,19 +68,17 @@ class TouchMethod(Protocol):
         """Estimate the contacts of one frame; empty without contact."""
 
 
-#: Number of values that share a model error, which is smooth over some pitches. Tuned on simulated presses, drags and pairs on a sheet.
-VALUES_PER_ERROR = 20.0
+class Hypothesis(Enum):
+    """A hypothesis; its value is how many numbers are fitted."""
 
+    STRAIGHT = 3
+    DRAGGED = 5
+    TWO = 8
 
-class Hypothesis(NamedTuple):
-    """A hypothesis: how many numbers are fitted, and the log prior, that is, the log share of frames in which it holds."""
-
-    numbers: int
-    prior: float
-
-
-#: Straight and dragged presses are about equally frequent; two at once occur in one frame of twenty, on a hand as in recordings.
-STRAIGHT, DRAGGED, TWO = Hypothesis(3, math.log(0.5)), Hypothesis(5, math.log(0.45)), Hypothesis(8, math.log(0.05))
+    @property
+    def prior(self) -> float:
+        """Prior odds over a straight press."""
+        return {Hypothesis.DRAGGED: PRESS.dragged_odds, Hypothesis.TWO: PRESS.two_odds}.get(self, 1.0)
 
 
 class Evidence:
@@ -89,12 +89,12 @@ class Evidence:
     """
 
     def __init__(self, values: int, expected: float):
-        self._count, self._expected = max(values / VALUES_PER_ERROR, 2.0), expected
+        self._count, self._expected = max(values / PRESS.values_per_error, 2.0), expected
 
     def of(self, hypothesis: Hypothesis, chi_square: float) -> float:
         """Compute the log evidence; chi_square: of the residuals, per value."""
         misfit = self._count * math.log(max(chi_square, self._expected))
-        return hypothesis.prior - 0.5 * (misfit + hypothesis.numbers * math.log(self._count))
+        return math.log(hypothesis.prior) - 0.5 * (misfit + hypothesis.value * math.log(self._count))
 
     def may_win(self, hypothesis: Hypothesis, known: float) -> bool:
         """Whether a perfect fit of a hypothesis would exceed a known log evidence."""
@@ -132,14 +132,14 @@ class Choice:
         """
         dragged = self.dragged
         single = solve(self.one.presses if dragged else begin, dragged)
-        best = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
-        if not dragged and evidence.may_win(DRAGGED, best):
+        best = evidence.of(Hypothesis.DRAGGED if dragged else Hypothesis.STRAIGHT, single.misfit)
+        if not dragged and evidence.may_win(Hypothesis.DRAGGED, best):
             drag = solve(single.presses, True)
-            if evidence.of(DRAGGED, drag.misfit) > best:
-                single, best, dragged = drag, evidence.of(DRAGGED, drag.misfit), True
-        if not evidence.is_explained(single) and evidence.may_win(TWO, best):
+            if evidence.of(Hypothesis.DRAGGED, drag.misfit) > best:
+                single, best, dragged = drag, evidence.of(Hypothesis.DRAGGED, drag.misfit), True
+        if not evidence.is_explained(single) and evidence.may_win(Hypothesis.TWO, best):
             pair = two()
-            if evidence.of(TWO, pair.misfit) > best:
+            if evidence.of(Hypothesis.TWO, pair.misfit) > best:
                 self.two = pair.presses
                 return pair
         self.one, self.dragged, self.two = single, dragged, None

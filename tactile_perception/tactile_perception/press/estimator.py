@@ -19,13 +19,11 @@ from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..core.errors import BadArgument, BadFrame
 from .calibration import TouchCalibration
+from .constants import PRESS
 from .estimate import TouchEstimate
 from .field import MarkerField, RestMarkers
 from .methods import make_method, methods_for
 from .parameters import AUTO
-
-MAX_CONTACT_SPEED = 0.5  # m/s; faster than a person slides a finger
-GATE_SIGMAS = 4.0  # standard deviations by which two estimates of one contact may differ
 
 
 class TouchTracker:
@@ -67,16 +65,12 @@ class TouchTracker:
         """Distance of an estimate from the last one of a contact, over the largest possible one."""
         seen_s, before = last
         sigma = np.sqrt(np.trace(one.covariance + before.covariance))
-        return float(np.linalg.norm(one.position - before.position) / (MAX_CONTACT_SPEED * (stamp_s - seen_s) + GATE_SIGMAS * sigma))
+        return float(np.linalg.norm(one.position - before.position) / (PRESS.max_speed * (stamp_s - seen_s) + PRESS.gate_sigmas * sigma))
 
 
-MAX_RADIUS_RATIO = 0.95  # contact radius over tip radius; below 1, a hemisphere, whose slope is infinite
-MIN_CONTACT_RADIUS = 1e-9  # m; a region has a centre
-MAX_OFFSET = 0.499  # of a side; positions are no nearer to the clamp
 RADII = np.geomspace(1e-4, 1.0, 1000)  # over the largest; interpolation of contact radii between them is accurate to 1e-5
 RADII_SQUARED, LOG_RADII = RADII**2, np.log(RADII)
-CORNERS = 36  # of an outline; the polygon has 0.5 % less area than the disc
-UNIT_CIRCLE = np.stack([np.cos(np.arange(CORNERS) * 2 * np.pi / CORNERS), np.sin(np.arange(CORNERS) * 2 * np.pi / CORNERS)], axis=1)
+UNIT_CIRCLE = np.stack([part(np.arange(36) * 2 * np.pi / 36) for part in (np.cos, np.sin)], axis=1)  # 0.5 % less area than the disc
 
 
 def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSensor, tip_radius: float) -> ContactRegionEstimate:
@@ -120,8 +114,8 @@ def _contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
     Within a the membrane follows the tip (a paraboloid with the slope a / tip_radius at its edge); outside it solves Laplace's equation, so
     that depth is logarithmic in the distance: depth = a^2 / tip_radius (1/2 + ln(clearance / a)).
     """
-    largest = max(min(MAX_RADIUS_RATIO * tip_radius, clearance), MIN_CONTACT_RADIUS)
-    depths = RADII_SQUARED * (0.5 + math.log(max(clearance, MIN_CONTACT_RADIUS) / largest) - LOG_RADII)
+    largest = max(min(PRESS.max_radius_ratio * tip_radius, clearance), 1e-9)
+    depths = RADII_SQUARED * (0.5 + math.log(max(clearance, 1e-9) / largest) - LOG_RADII)
     return largest * float(np.interp(depth * tip_radius / largest**2, depths, RADII))
 
 
@@ -133,11 +127,11 @@ def _clearance(position: np.ndarray, sensor: MarkerSensor) -> float:
     if not sensor.is_sheet:
         return max(sensor.rim_radius - position @ position / sensor.rim_radius, 0.0)
     size = np.array(sensor.size)
-    return float(np.sum((2 * size / np.pi * np.cos(np.pi * np.clip(position / size, -MAX_OFFSET, MAX_OFFSET)))**-4.0)**-0.25)
+    return float(np.sum((2 * size / np.pi * np.cos(np.pi * np.clip(position / size, -0.499, 0.499)))**-4.0)**-0.25)
 
 
 def _circle(centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
-    """Corners (CORNERS, 3), m, around the disc."""
+    """Corners (36, 3), m, around the disc."""
     return centre + radius * UNIT_CIRCLE @ tangents(normal)
 
 

@@ -20,6 +20,7 @@ from ..common.dots import DotTracks
 from ..common.marker_sensor import MarkerSensor
 from ..core.errors import BadArgument, BadFrame
 from ..dots.reference import CalibratedRest
+from .constants import PRESS
 
 
 @dataclass(frozen=True)
@@ -62,10 +63,6 @@ def marker_radii(field: MarkerField) -> np.ndarray:
     apart, apart_px = (np.hypot(*np.diff(positions, axis=0).T) for positions in (field.rest, field.uv - field.duv))
     untouched = field.area * np.exp(-np.nan_to_num(field.growth))
     return np.sqrt(untouched / np.pi) * np.nanmedian(apart / apart_px)
-
-
-MIN_MARKERS = 12  # for a press or the pose of a camera, with six numbers: twice two coordinates for each
-MAX_COORDINATE_PX = 1e5  # px; larger coordinates are invalid: far outside any image
 
 
 class CameraView:
@@ -126,9 +123,9 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
     grid, rest_uv = sensor.grid(), np.asarray(rest_uv, float)
     if not sensor.is_sheet or rest_uv.shape != grid.shape:
         raise BadArgument(f'the pose needs a flat grid of {len(grid)} markers, got {rest_uv.shape} of a {sensor.type}')
-    seen = (np.abs(rest_uv) < MAX_COORDINATE_PX).all(1)
-    if seen.sum() < MIN_MARKERS:
-        raise BadFrame(f'{seen.sum()} untouched markers are too few for the camera pose; {MIN_MARKERS} are needed')
+    seen = (np.abs(rest_uv) < PRESS.max_coordinate_px).all(1)
+    if seen.sum() < PRESS.min_markers:
+        raise BadFrame(f'{seen.sum()} untouched markers are too few for the camera pose; {PRESS.min_markers} are needed')
     flat = CameraModel(matrix, distortion)
     positions = np.column_stack([grid[seen], np.zeros(seen.sum())])
     try:
@@ -164,11 +161,6 @@ def _check_ids(tracks: DotTracks, count: int) -> None:
         raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {count} markers')
 
 
-_MAX_REFERENCE_CHANGE = 0.3  # px; a reference that changed by more is a new one
-_MAX_UNTOUCHED_SHIFT = 0.3  # px; a marker displaced by less counts as untouched
-_AREA_TIME_CONSTANT_S = 2.0  # s, of the average of the untouched area
-
-
 class RestMarkers:
     """Untouched positions and areas of the K markers of a pattern, updated with each frame.
 
@@ -200,11 +192,11 @@ class RestMarkers:
         rest = tracks.rest_uv
         reported = np.isfinite(rest).all(1)
         id, now = tracks.id[reported], rest[reported]
-        min_weight = max(stamp_s - self._stamp_s, 0.0) / _AREA_TIME_CONSTANT_S if np.isfinite(self._stamp_s) else 0.0
-        still = np.abs(tracks.duv[reported]).max(1, initial=0) <= _MAX_UNTOUCHED_SHIFT
+        min_weight = max(stamp_s - self._stamp_s, 0.0) / PRESS.area_time_s if np.isfinite(self._stamp_s) else 0.0
+        still = np.abs(tracks.duv[reported]).max(1, initial=0) <= PRESS.untouched_px
         uv, area, counts = self._followed(id, now, still, tracks.area[reported], min_weight)
         view, view_uv = self._view, self._view_uv
-        if view is None or not (np.abs(now - view_uv[id]) <= _MAX_REFERENCE_CHANGE).all():
+        if view is None or not (np.abs(now - view_uv[id]) <= PRESS.untouched_px).all():
             view, view_uv = self._make_view(uv), uv
         field = marker_field(tracks, area, view)
         self.uv, self.area, self._counts, self._view, self._view_uv, self._stamp_s = uv, area, counts, view, view_uv, stamp_s
@@ -217,7 +209,7 @@ class RestMarkers:
         still: markers that hardly move, whose areas are averaged; min_weight: minimum weight of a new area.
         """
         uv, mean, counts = self.uv.copy(), self.area.copy(), self._counts.copy()
-        counts[id[~(np.abs(rest - uv[id]) <= _MAX_REFERENCE_CHANGE).all(1)]] = 0
+        counts[id[~(np.abs(rest - uv[id]) <= PRESS.untouched_px).all(1)]] = 0
         uv[id] = rest
         id, area = id[still], area[still]
         counts[id] += 1

@@ -9,12 +9,11 @@ import numpy as np
 
 from ..common.marker_sensor import MarkerSensor, rest_points
 from ..core.errors import BadArgument
+from .constants import PRESS
 from .field import MarkerField
 
 # Weights of the in-plane strain and of the bending energy relative to the misfit in the image, with lengths in pitches. The first separates
 # in-plane from apparent displacement, the second only smooths; results change little over a decade of either.
-STRAIN_WEIGHT, BENDING_WEIGHT = 3.0, 1e-3
-_MIN_CLAMP_DISTANCE = 0.3  # pitches; lower bound of the distance from a marker to the clamp in the Laplacian, which bounds its weight
 
 
 class SheetSurface:
@@ -28,10 +27,10 @@ class SheetSurface:
         if not sensor.is_sheet or min(rows, columns) < 3 or not (np.abs(rest) < 0.5 * np.asarray(size)).all():
             raise BadArgument(f'sheet: {rows} x {columns} markers (at least 3 x 3) must lie on the clamped sheet of {size} m')
         self._laplacian = _laplacian(rest.reshape(rows, columns, 2), np.asarray(size, float))
-        stiff = STRAIN_WEIGHT * self._laplacian
+        stiff = PRESS.strain_weight * self._laplacian
         strain = stiff @ np.linalg.inv(np.eye(len(rest)) + stiff)
         self._strain = 0.5 * (strain + strain.T)
-        self._bending = BENDING_WEIGHT * self._laplacian @ self._laplacian
+        self._bending = PRESS.bending_weight * self._laplacian @ self._laplacian
 
     def raised(self, field: MarkerField) -> np.ndarray:
         """Heights (K,), m, of the markers over the untouched plane; those not visible are interpolated from their neighbours."""
@@ -68,12 +67,9 @@ def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
         np.add.at(found, (far, far), weight[axis])
         found[near, far] = found[far, near] = -weight[axis]
         ends = number[:, [0, -1]] if axis == 0 else number[[0, -1]].T
-        gap = np.maximum(0.5 * size[axis] - np.abs(flat[ends.ravel(), axis]), _MIN_CLAMP_DISTANCE * pitch[axis])
+        gap = np.maximum(0.5 * size[axis] - np.abs(flat[ends.ravel(), axis]), PRESS.min_clamp_distance * pitch[axis])
         np.add.at(found, (ends.ravel(), ends.ravel()), weight[axis] * pitch[axis] / gap)
     return found
-
-
-_MAX_UNTOUCHED_SHIFT = 1e-4  # m, apparent; without a calibration, the height of a marker displaced by more is unknown
 
 
 def dome_raised(method, field: MarkerField) -> np.ndarray:
@@ -85,7 +81,7 @@ def dome_raised(method, field: MarkerField) -> np.ndarray:
     raised = None if method is None else method.raised(field)
     if raised is not None:
         return raised
-    return np.where((method is not None) | (np.hypot(*field.shift.T) <= _MAX_UNTOUCHED_SHIFT), 0.0, np.nan)
+    return np.where((method is not None) | (np.hypot(*field.shift.T) <= PRESS.max_untouched_shift), 0.0, np.nan)
 
 
 def on_rays(field: MarkerField, raised: np.ndarray, sensor: MarkerSensor) -> np.ndarray:

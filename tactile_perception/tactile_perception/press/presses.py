@@ -12,14 +12,9 @@ import numpy as np
 from ..common.marker_sensor import MarkerSensor
 from ..common.residuals import Residuals
 from ..core.errors import BadArgument, BadCalibration
+from .constants import PRESS
 from .estimate import TouchEstimate, TouchMethod
 from .field import MarkerField
-
-SAME_POSITION = 1e-3  # m; presses nearer to each other share a position; the repeatability of a stage is better
-_MAX_STRAIGHT_TRAVEL = 2e-4  # m; largest lateral travel since first contact of a straight press
-_MAX_DRAG_STEP = 5e-3  # m; a larger step between two frames starts a new press
-_DEPTH_TOLERANCE = 5e-5  # m; a stage that holds a depth varies by less
-_LIFT_RATIO = 0.6  # a depth below this share of the previous one also starts a new press
 
 
 @dataclass(frozen=True)
@@ -85,7 +80,7 @@ class Presses:
         labels, known = np.full(len(self), -1), np.zeros((0, 2))
         for k in np.flatnonzero(self.touching):
             xy = np.abs(self.position[k, :2]) if mirrored else self.position[k, :2]
-            near = np.flatnonzero(np.hypot(*(known - xy).T) < SAME_POSITION)
+            near = np.flatnonzero(np.hypot(*(known - xy).T) < PRESS.same_position)
             labels[k] = near[0] if len(near) else len(known)
             known = known if len(near) else np.vstack([known, xy])
         return labels
@@ -96,9 +91,9 @@ class Presses:
         for k in np.flatnonzero(self.touching):
             xy = self.position[k, :2]
             step = np.hypot(*(xy - self.position[k - 1, :2]))
-            is_new = before != k - 1 or self.depth[k] < _LIFT_RATIO * self.depth[k - 1] or step > _MAX_DRAG_STEP
+            is_new = before != k - 1 or self.depth[k] < PRESS.lift_ratio * self.depth[k - 1] or step > PRESS.max_drag_step
             start, before = xy if is_new else start, k
-            straight[k] = np.hypot(*(xy - start)) <= _MAX_STRAIGHT_TRAVEL
+            straight[k] = np.hypot(*(xy - start)) <= PRESS.max_straight_travel
         return straight
 
     def loading(self) -> np.ndarray:
@@ -106,7 +101,7 @@ class Presses:
         loading = self.touching.copy()
         for number in np.unique(self.segment[loading]):
             mine = np.flatnonzero((self.segment == number) & self.touching)
-            loading[mine] = self.depth[mine] > np.maximum.accumulate(self.depth[mine]) - _DEPTH_TOLERANCE
+            loading[mine] = self.depth[mine] > np.maximum.accumulate(self.depth[mine]) - PRESS.depth_tolerance
         return loading
 
     def some(self, positions: int, depths: int) -> list[Presses]:
@@ -212,8 +207,6 @@ def rms_errors(method: TouchMethod, presses: Presses) -> dict[str, float]:
     return dict(zip(('place_sigma', 'depth_sigma'), np.sqrt(squares.mean(0) / [2, 1]).tolist() if len(squares) else [np.nan] * 2))
 
 
-_MIN_POSITIONS = 3  # cross-validation holds out one of three positions
-_MIN_DEPTH_SPAN = 0.2  # range of depths over the largest depth
 _AXES = ('x (mm)', 'y (mm)')
 
 
@@ -221,10 +214,10 @@ def require_coverage(presses: Presses) -> None:
     """Raise BadCalibration, saying what to add, for too few positions, a single depth, or no untouched frame."""
     touching = presses.touching
     positions, depth = int(presses.position_labels().max() + 1), presses.depth[touching]
-    if positions < _MIN_POSITIONS:
-        raise BadCalibration(f'{touching.sum()} presses at {positions} positions; at least {_MIN_POSITIONS} are needed, a dozen over the '
-                             'whole surface are good: add presses at other positions')
-    if np.ptp(depth) < _MIN_DEPTH_SPAN * depth.max():
+    if positions < PRESS.min_positions:
+        raise BadCalibration(f'{touching.sum()} presses at {positions} positions; at least {PRESS.min_positions} are needed, a dozen over '
+                             'the whole surface are good: add presses at other positions')
+    if np.ptp(depth) < PRESS.min_depth_span * depth.max():
         raise BadCalibration(f'all presses are {depth.min() * 1e3:.2f} to {depth.max() * 1e3:.2f} mm deep: one depth does not determine '
                              'how markers move with depth; add presses of other depths, three per position are good')
     if touching.all():

@@ -18,14 +18,7 @@ from ..common.statistics import robust_sigma
 from ..core.errors import BadArgument, BadCalibration, BadFrame
 from ..dots.detect import DotDetector
 from ..dots.number import find_lattice, number_grid
-from .field import MAX_COORDINATE_PX, MIN_MARKERS
-
-MARKER_NOISE = 0.04  # px per axis; standard deviation of a detected marker's position
-MIN_PRINT_SIGMA = 2e-6  # m; lower bound of the print's irregularity
-MAX_RESIDUAL = 0.1  # RMS over the pitch; a larger one indicates mismatched markers or a wrong pitch
-MIN_ASPECT = 0.02  # width over length of the markers in a view
-INVALID_POSITION = 1.0  # m; position of markers that the distortion model cannot invert
-FIT_ROUNDS = 2  # alternations between fitting and estimating the irregularity of the print
+from .constants import PRESS
 
 
 @dataclass(frozen=True)
@@ -61,14 +54,14 @@ def fit_sides(found: list[SideMarkers], grid: np.ndarray) -> list[SideView]:
     def sides_at(poses: np.ndarray) -> list[SideView]:
         return [_side(markers, pose) for markers, pose in zip(found, poses.reshape(2, 6))]
 
-    for _ in range(FIT_ROUNDS):
+    for _ in range(2):
         poses = scipy.optimize.least_squares(lambda poses, sigma=print_sigma: _misfit(sides_at(poses), found, grid, sigma), poses,
                                              x_scale='jac', loss='soft_l1').x
         sides = sides_at(poses)
         deviations = [side.place(m.uv) - grid[m.id] for side, m in zip(sides, found)]
-        print_sigma = max(float(robust_sigma(np.concatenate(deviations))), MIN_PRINT_SIGMA)
+        print_sigma = max(float(robust_sigma(np.concatenate(deviations))), PRESS.min_print_sigma)
     worst = max(float(np.sqrt((one**2).sum(1).mean())) for one in deviations)
-    if not worst < MAX_RESIDUAL * np.linalg.norm(grid[1] - grid[0]):
+    if not worst < PRESS.max_stitching_residual * np.linalg.norm(grid[1] - grid[0]):
         raise BadCalibration(f'the markers of a view deviate by {1e3 * worst:.2f} mm from the grid; check rows, columns, pitch and '
                              'camera_info')
     return sides
@@ -78,11 +71,11 @@ def _misfit(sides: list[SideView], found: list[SideMarkers], grid: np.ndarray, p
     """Normalised residuals: markers from the nominal grid, and the two views of each shared marker from each other."""
     positions, seen = np.zeros((2, len(grid), 2)), np.zeros((2, len(grid)), bool)
     for k, (side, markers) in enumerate(zip(sides, found)):
-        positions[k, markers.id], seen[k, markers.id] = np.nan_to_num(side.place(markers.uv), nan=INVALID_POSITION), True
+        positions[k, markers.id], seen[k, markers.id] = np.nan_to_num(side.place(markers.uv), nan=1.0), True  # far away
     both = seen.all(0)
     position = np.where(both[:, None], positions.sum(0) / 2, np.where(seen[0][:, None], positions[0], positions[1]))[seen.any(0)]
     apart = (positions[0] - positions[1])[both]
-    noise = np.sqrt(2) * MARKER_NOISE * _metres_per_px(sides[0])
+    noise = np.sqrt(2) * PRESS.marker_noise_px * _metres_per_px(sides[0])
     return np.concatenate([((position - grid[seen.any(0)]) / print_sigma).ravel(), (apart / noise).ravel()])
 
 
@@ -93,12 +86,12 @@ def _metres_per_px(side: SideView) -> float:
 
 def _pose(markers: SideMarkers, grid: np.ndarray) -> np.ndarray:
     """Estimate the initial rotation vector and translation (6,), m, of one camera. Raises BadCalibration."""
-    if len(markers.id) < MIN_MARKERS:
-        raise BadCalibration(f'{len(markers.id)} markers in a view are too few for the camera pose; {MIN_MARKERS} are needed')
-    if not (np.abs(markers.uv) < MAX_COORDINATE_PX).all():
+    if len(markers.id) < PRESS.min_markers:
+        raise BadCalibration(f'{len(markers.id)} markers in a view are too few for the camera pose; {PRESS.min_markers} are needed')
+    if not (np.abs(markers.uv) < PRESS.max_coordinate_px).all():
         raise BadCalibration('the position of a marker in a view is not a number, or far outside the image')
     spread = np.linalg.svd(markers.uv - markers.uv.mean(axis=0), compute_uv=False)
-    if not spread[1] > MIN_ASPECT * spread[0]:
+    if not spread[1] > PRESS.min_aspect * spread[0]:
         raise BadCalibration('the matched markers are collinear; the camera pose cannot be determined; several rows must be visible')
     positions = np.column_stack([grid[markers.id], np.zeros(len(markers.id))])
     try:
@@ -116,9 +109,6 @@ def _side(markers: SideMarkers, pose: np.ndarray) -> SideView:
 
 
 SIDES = ('left', 'right')
-MIN_COLUMN_SHARE = 0.8  # of the rows; a column with fewer markers is cut off by the border of the image
-RELATIVE_RESOLUTION = 0.8  # of the views; measured: marker positions are 3 % noisier, run time is a third shorter
-MIN_LEVEL, MAX_LEVEL = 5, 250  # grey levels between which exposures are compared
 Intrinsics = tuple[np.ndarray, np.ndarray]
 
 
@@ -201,7 +191,7 @@ def _numbered(image: np.ndarray, camera: Intrinsics, sensor: MarkerSensor, side:
 
 def _whole_columns(markers: SideMarkers, sensor: MarkerSensor) -> set[int]:
     column, count = np.unique(markers.id % sensor.columns, return_counts=True)
-    return set(column[count >= MIN_COLUMN_SHARE * sensor.rows].tolist())
+    return set(column[count >= PRESS.min_column_share * sensor.rows].tolist())
 
 
 def _seam(whole: list[set[int]], sensor: MarkerSensor) -> float:
@@ -224,10 +214,10 @@ def _overlap(found: list[SideMarkers], sides: list[SideView]) -> float:
 
 
 def _laid_out(sides: list[SideView], seam: float, sensor: MarkerSensor) -> Stitching:
-    """Stitching that shows the whole sheet at RELATIVE_RESOLUTION times the resolution of the views at their centres."""
+    """Stitching that shows the whole sheet at PRESS.stitched_resolution times the resolution of the views at their centres."""
     middle = [np.array([(side.size[0] - 1) / 2, (side.size[1] - 1) / 2]) for side in sides]
     steps = [np.diff(side.place(m + [[0, 0], [1, 0], [0, 1]]), axis=0) for side, m in zip(sides, middle)]
-    scale = float(np.round(RELATIVE_RESOLUTION * np.mean([1 / np.linalg.norm(step[0]) for step in steps]), -1))
+    scale = float(np.round(PRESS.stitched_resolution * np.mean([1 / np.linalg.norm(step[0]) for step in steps]), -1))
     size = tuple(int(n) for n in np.ceil(np.asarray(sensor.size) * scale))
     origin = (np.asarray(size) - 1) / 2
     return Stitching(*sides, size, scale, origin, float(np.floor(origin[0] + seam * scale) + 0.5), _cut(sides))
@@ -274,7 +264,7 @@ def _brightness_ratio(images: tuple, stitching: Stitching) -> float:
     for image, side in zip(images, (stitching.left, stitching.right)):
         uv = side.project(positions).astype(np.float32).reshape(*u.shape, 2)
         levels.append(cv2.remap(image if image.ndim == 2 else image.max(axis=2), uv, None, cv2.INTER_LINEAR).astype(float))
-    usable = (np.minimum(*levels) >= MIN_LEVEL) & (np.maximum(*levels) <= MAX_LEVEL)
+    usable = (np.minimum(*levels) >= PRESS.exposures[0]) & (np.maximum(*levels) <= PRESS.exposures[1])
     if not usable.any():
         return 1.0
     total = np.add(*levels)

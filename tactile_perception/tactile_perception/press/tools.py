@@ -30,13 +30,13 @@ from ..core.messages import camera_matrices, stamp_seconds
 from ..core.parameter_files import read_parameters
 from ..dots.tracker import DotTracker, find_pattern, make_tracker
 from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, UNITS, WRENCH, best_method, fit_stiffness
+from .constants import PRESS
 from .field import RestMarkers, middle_of_seen, view_maker
 from .methods import make_method, methods_for
 from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
-from .presses import SAME_POSITION, Found, Presses, held_out, marker_residuals, require_coverage, score
+from .presses import Found, Presses, held_out, marker_residuals, require_coverage, score
 from .stitching import SIDES, StitchingFit, fit_stitching
 
-_MAX_TRIES = 5  # untouched pairs before the fit is abandoned
 Matrices = tuple[np.ndarray, np.ndarray] | None
 
 
@@ -55,7 +55,7 @@ def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespa
                 return fit_stitching(images, cameras, sensor, dots['polarity'], dots['detection'], method)
             except (BadFrame, BadCalibration) as error:
                 reasons.append(f'{bag.name}: {error}')
-            if len(reasons) >= _MAX_TRIES:
+            if len(reasons) >= PRESS.max_reference_tries:
                 break
     if reasons:
         raise BadCalibration('no stitching from untouched pairs: ' + '; '.join(dict.fromkeys(reasons)))
@@ -113,9 +113,6 @@ def write_stitching(output: Path, sensor_type: str, found: StitchingFit, specime
     return '\n'.join([*found.lines(), f'written: {output}, the stitching alone: no ground_truth/contacts in the recordings'])
 
 
-_MIN_DEPTH = 1e-4  # m, of a press
-
-
 class PressReader:
     """Reads presses from bags: the markers of each image with the true contact and wrench of the same stamp.
 
@@ -169,7 +166,7 @@ class PressReader:
             raise BadCalibration(f'no usable press in the recordings; left out: {"; ".join(self.left_out[:3]) or "nothing"}')
         fields, position, depth, wrench = zip(*self._rows)
         position = np.array(position)
-        moved = np.r_[True, ~(np.hypot(*np.diff(position[:, :2], axis=0).T) < SAME_POSITION)]
+        moved = np.r_[True, ~(np.hypot(*np.diff(position[:, :2], axis=0).T) < PRESS.same_position)]
         return Presses(tuple(fields), position, np.array(depth), np.cumsum(moved), np.array(wrench))
 
     def _view_maker(self, bag: Path):
@@ -195,7 +192,7 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
         force = np.array([wrench.force.x, wrench.force.y, wrench.force.z, wrench.torque.x, wrench.torque.y, wrench.torque.z])
     if not contacts:
         return np.full(3, np.nan), 0.0, force
-    if not contacts[0].depth >= _MIN_DEPTH:
+    if not contacts[0].depth >= PRESS.min_recorded_depth:
         raise BadFrame(f'depth {contacts[0].depth * 1e3:.3f} mm: too shallow, the depth of first contact is uncertain')
     position = contacts[0].position
     return np.array([position.x, position.y, position.z]), contacts[0].depth, force

@@ -12,34 +12,20 @@ from ...common.geometry import Cap
 from ...common.marker_sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
 from ...common.progress import in_parallel
 from ...core.errors import BadCalibration
-from ..calibration import MIN_PRESSES, Prior, excess_sigma, identify, noise_at_rest
+from ..calibration import Prior, excess_sigma, identify, noise_at_rest
+from ..constants import DOME, PRESS
 from ..field import MarkerField, common_rest, marker_radii
 from ..presses import Presses
-from ..simulated import DEPTH_MARGIN
 from .library import DomeLibrary, DomePlan, build_library
 from .mechanics import DomeMaterial, DomeMesh, MeshPlan, OnMesh, appear_at, centres_of, outlines, press_dome, shift_of
-from .model import DEPTH, SHALLOW, STRAIGHT, DomeCalibration, DomeFound, DomeInverse, FieldNoise, shallowness
+from .model import DEPTH, DomeCalibration, DomeFound, DomeInverse, FieldNoise, shallowness, straight_press
 
-LOAD_STEPS = 18  # of a press to the largest depth; friction depends on the path
-DEPTH_POWER = 1.3  # grading of the load steps
-MAX_POSITIONS = 3  # simulated, evenly over their distances from the axis
-MAX_DEPTHS = 4  # of a position
 #: Prior, mean and standard deviation, of the logs of log prestretch, gas and friction: sealed air at 1.5 kPa, or any other gas
-PRIOR_MEAN, PRIOR_SIGMA = np.log([0.2, 70.0, 0.5]), np.array([2.0, 6.0, 0.7])
-TIP_SIGMA = 0.01  # prior standard deviation of the log radius of the tip, which heights determine
-#: Starts of the log prestretch and of friction, from an ideal balloon to a skin that is hardly stretched. With less friction deep presses
-#: of some balloons do not converge, which would hide the best start; with more the tip sticks, and slopes are small.
-STARTS = (1.6, 0.35), (1.6, 0.5), (0.06, 0.35), (0.02, 0.35)
-GAS_STARTS = 70.0, 2.0, 0.01  # sealed air at 1.5 kPa, air with a reservoir, and a constant pressure
-MODEL_ERROR = 0.0005  # relative; at 0.002 the prior dominated the prestretch of an ideal balloon
-UNSOLVED_ERROR = 0.2  # relative, of presses whose simulation does not converge
-MIN_LOGS = np.log([3e-3, 1e-3, 0.05, 2e-3])  # bounds of the logs; with so little gas stiffness the pressure counts as constant
-MAX_LOGS = np.log([1.8, 500.0, 3.0, 0.2])
 
 
 def numbers_of(logs: np.ndarray) -> tuple[DomeMaterial, float]:
     """Material of the dome, and radius, m, of the tip, from the logs (4,) of log prestretch, gas, friction and radius."""
-    stretch, gas, friction, radius = np.exp(np.clip(logs, MIN_LOGS, MAX_LOGS)).tolist()
+    stretch, gas, friction, radius = np.exp(np.clip(logs, np.log(DOME.min_numbers), np.log(DOME.max_numbers))).tolist()
     return DomeMaterial(float(np.exp(-6 * stretch)), gas, friction), radius
 
 
@@ -50,10 +36,11 @@ def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarr
     points, camera_centres: (K, 3) m, of the markers, NaN if unknown; plane_z: m, of the viewing plane; marker: m, radius of the markers;
     radius: m, prior mean of the tip radius. Raises BadCalibration if the presses cannot be simulated.
     """
-    explain = partial(_explained, presses.some(MAX_POSITIONS, MAX_DEPTHS), deepest=presses.depth.max(), points=points,
+    explain = partial(_explained, presses.some(*DOME.positions_and_depths), deepest=presses.depth.max(), points=points,
                       camera_centres=camera_centres, cap=cap, plane_z=plane_z, marker=marker)
-    prior = Prior(np.append(PRIOR_MEAN, np.log(radius)), np.append(PRIOR_SIGMA, TIP_SIGMA), MIN_LOGS, MAX_LOGS)
-    starts = [np.append(np.log([stretch, gas, friction]), prior.mean[3]) for stretch, friction in STARTS for gas in GAS_STARTS]
+    prior = Prior(np.log([*DOME.prior_mean, radius]), np.append(DOME.prior_sigma, DOME.radius_sigma),
+                  np.log(DOME.min_numbers), np.log(DOME.max_numbers))
+    starts = [np.append(np.log([stretch, gas, friction]), prior.mean[3]) for stretch, friction in DOME.starts for gas in DOME.gas_starts]
     return numbers_of(identify(explain, starts, prior))
 
 
@@ -68,7 +55,7 @@ def _explained(groups: list[Presses], tried: list[np.ndarray], **known) -> list[
     if np.isnan(reported).all():
         raise BadCalibration(f'presses simulated with {numbers_of(tried[0])} do not converge; check dome and depths')
     seen = np.concatenate([np.isfinite(field.shift).ravel() for group in groups for field in group.fields])
-    return [np.nan_to_num(one[seen], nan=UNSOLVED_ERROR) / (MODEL_ERROR * np.sqrt(seen.sum())) for one in reported]
+    return [np.nan_to_num(one[seen], nan=DOME.unsolved_error) / (DOME.model_error * np.sqrt(seen.sum())) for one in reported]
 
 
 def _residuals(case: tuple[Presses, np.ndarray], deepest: float, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float,
@@ -88,27 +75,17 @@ def _residuals(case: tuple[Presses, np.ndarray], deepest: float, points: np.ndar
         moved = on_mesh.displaced(field) @ turned
         error = np.full(seen.shift.shape, np.nan)
         error[known] = (appear_at(rest + moved.reshape(rest.shape), camera_centres) - before) * distance - seen.shift[known]
-        residuals.append(error.ravel() / np.hypot(depth, SHALLOW * deepest))
+        residuals.append(error.ravel() / np.hypot(depth, DOME.shallow * deepest))
     return np.concatenate(residuals)
 
 
 def load_steps(stops: np.ndarray) -> np.ndarray:
     """Load steps, m, through rising stops, m."""
-    fine = stops[-1] * (np.arange(1, LOAD_STEPS + 1) / LOAD_STEPS)**DEPTH_POWER
-    between = fine[np.abs(fine[:, None] - stops).min(1) > 0.3 * stops[-1] / LOAD_STEPS]
+    fine = stops[-1] * (np.arange(1, DOME.load_steps + 1) / DOME.load_steps)**DOME.load_power
+    between = fine[np.abs(fine[:, None] - stops).min(1) > 0.3 * stops[-1] / DOME.load_steps]
     return np.union1d(between, stops)
 
 
-REACH_MARGIN = 1.5  # pitches by which the library extends beyond the presses
-RADIUS_CANDIDATES = np.arange(2e-3, 0.0801, 5e-4)  # m, for the start of the tip's radius
-DEFAULT_MARKER_RADIUS = 0.3  # of the pitch, if the area of the markers is unknown
-TOP = 0.35  # of the rim's radius; markers nearer to the axis are used for their radius
-DEFAULT_NOISE, MIN_NOISE = 2e-5, 1e-6  # m; noise without untouched frames, and its lower bound
-MIN_SHARES = 0.003, 0.002  # lower bounds of the model error over a marker's displacement, and over the largest displacement
-MAX_PRESSES_FOR_NOISE = 60
-SAME_TIP = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses with the identified tip and friction
-SCALE_NUMBERS = 4  # numbers of the scales of position and depth
-REWEIGHTINGS = 20  # rounds in the fit of least absolute errors
 
 
 def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibration | None = None) -> DomeCalibration:
@@ -117,20 +94,21 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     known: a calibration whose library is reused. Raises BadCalibration if the presses do not determine it.
     """
     straight = presses.select(presses.straight() & np.array([field.seen.sum() > len(field) / 4 for field in presses.fields]))
-    if sensor.is_sheet or len(straight) < MIN_PRESSES:
-        raise BadCalibration(f'the dome model needs a dome and {MIN_PRESSES} straight presses at known positions, got {len(straight)} on '
-                             f'{sensor.type}')
+    if sensor.is_sheet or len(straight) < PRESS.min_presses:
+        raise BadCalibration(f'the dome model needs a dome and {PRESS.min_presses} straight presses at known positions, got '
+                             f'{len(straight)} on {sensor.type}')
     rest, camera_centres = common_rest(presses.fields)
     deepest, reached = float(straight.depth.max()), float(np.hypot(*straight.position[:, :2].T).max())
     library = known.library if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
-    noise = FieldNoise(noise_at_rest([field.shift for field in still], DEFAULT_NOISE, MIN_NOISE), *MIN_SHARES)
+    noise = FieldNoise(noise_at_rest([field.shift for field in still], DOME.default_noise, DOME.min_noise), *DOME.min_shares)
     first = DomeCalibration(library, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
-    some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MAX_PRESSES_FOR_NOISE).astype(int)))
+    some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, 60).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
     inverse = first.inverse(sensor)
     quiet = max((inverse.score(inverse.match(field)) for field in still), default=0.0)
-    found = [inverse.solve(field, _true(position, depth), SAME_TIP) for field, position, depth in _rows(some)]
+    same_tip = replace(straight_press(), rougher=0.0, wider=0.0)  # of presses with the identified tip and friction
+    found = [inverse.solve(field, _true(position, depth), same_tip) for field, position, depth in _rows(some)]
     return replace(_with_remaining_errors(first, found, some), quiet=float(quiet))
 
 
@@ -141,9 +119,9 @@ def _simulated(presses: Presses, rest: np.ndarray, camera_centres: np.ndarray, s
     points = centres_of(rest, camera_centres, marker, sensor)
     material, radius = identify_dome(presses, points, np.nan_to_num(camera_centres), cap, sensor.plane_z, marker,
                                      _tip_radius(presses, sensor))
-    reach = min(reached + REACH_MARGIN * max(sensor.pitch), 0.9 * sensor.rim_radius)
+    reach = min(reached + DOME.reach_margin * max(sensor.pitch), 0.9 * sensor.rim_radius)
     camera_centre = float(np.nanmedian(camera_centres[:, 2]))
-    plan = DomePlan(sensor.rim_radius, sensor.height, radius, DEPTH_MARGIN * deepest, reach, marker, camera_centre)
+    plan = DomePlan(sensor.rim_radius, sensor.height, radius, PRESS.depth_margin * deepest, reach, marker, camera_centre)
     return build_library(plan, material)
 
 
@@ -151,15 +129,16 @@ def _marker_radius(field: MarkerField, points: np.ndarray, camera_centres: np.nd
     """Median radius, m, of the untouched markers around the top, where they face the camera; points, camera_centres: (K, 3) m."""
     ratio = (points[:, 2] - camera_centres[:, 2]) / (sensor.plane_z - camera_centres[:, 2])  # distances of dome and viewing plane
     radius = marker_radii(field) * ratio
-    known = radius[np.isfinite(radius) & (np.hypot(*points[:, :2].T) < TOP * sensor.rim_radius)]
-    return float(np.median(known)) if len(known) else DEFAULT_MARKER_RADIUS * max(sensor.pitch)
+    known = radius[np.isfinite(radius) & (np.hypot(*points[:, :2].T) < DOME.top * sensor.rim_radius)]
+    return float(np.median(known)) if len(known) else DOME.default_marker * max(sensor.pitch)
 
 
 def _tip_radius(presses: Presses, sensor: MarkerSensor) -> float:
     """Tip radius, m, for which the height of first contact fits the presses best."""
     first = presses.position[:, 2] + presses.depth
-    misfits = [np.nansum((first_touch_height(presses.position[:, :2], radius, sensor) - first)**2) for radius in RADIUS_CANDIDATES]
-    return float(RADIUS_CANDIDATES[int(np.argmin(misfits))])
+    radii = np.arange(2e-3, 0.0801, 5e-4)
+    misfits = [np.nansum((first_touch_height(presses.position[:, :2], radius, sensor) - first)**2) for radius in radii]
+    return float(radii[int(np.argmin(misfits))])
 
 
 def _rows(presses: Presses):
@@ -179,7 +158,7 @@ def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
         excess = np.mean((field.shift - inverse.appear(_true(position, depth)))[seen]**2) - inverse.noise.still**2
         over.append(max(excess, 0.0) / np.mean(0.5 * size[seen]**2 + 0.5 * size.max()**2 * np.ones(seen.sum())))
     share = float(np.sqrt(np.median(over)))
-    return FieldNoise(inverse.noise.still, max(MIN_SHARES[0], 0.7 * share), max(MIN_SHARES[1], 0.7 * share))
+    return FieldNoise(inverse.noise.still, max(DOME.min_shares[0], 0.7 * share), max(DOME.min_shares[1], 0.7 * share))
 
 
 def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], presses: Presses) -> DomeCalibration:
@@ -189,13 +168,13 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
     weighted by its accuracy. One exact press at the largest distance is added, because presses near the axis hardly determine the scale
     there. If the scales explain no more than their number would by chance (Schwarz 1978), they are 1.
     """
-    deep = presses.depth > SHALLOW * presses.depth.max()
+    deep = presses.depth > DOME.shallow * presses.depth.max()
     reported, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
     variance = np.array([np.diag(one.covariance)[:3] for one in found])[deep]
     distance, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(reported[:, DEPTH])
     shallow, positions, sigma = shallowness(depth, known.deepest), reported[:, :2], np.sqrt(variance)
     out, far, shallow, aside, deeper = (np.append(part, end) for part, end in (
-        (np.sum(positions * true, axis=1) / distance, known.farthest), (distance, known.farthest), (shallow, SHALLOW),
+        (np.sum(positions * true, axis=1) / distance, known.farthest), (distance, known.farthest), (shallow, DOME.shallow),
         (np.hypot(*sigma[:, :2].T), np.median(np.hypot(*sigma[:, :2].T))), (sigma[:, 2], np.median(sigma[:, 2]))))
     wider, = _least_absolute(far[:, None] / aside[:, None], out / aside)
     terms = np.column_stack([np.ones(len(far)), (far / known.farthest)**2, shallow])
@@ -207,7 +186,7 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
         scale = np.array([one.depth_scale(position, fitted) for position, fitted in zip(true, depth)])
         errors.append((positions / one.wider - true, (depth / presses.depth[deep] - scale)[:, None]))
     chi_squares = [np.sum(aside**2 / variance[:, :2]) + np.sum(deeper**2 / variance[:, 2:]) for aside, deeper in errors]
-    if chi_squares[0] - chi_squares[1] < SCALE_NUMBERS * np.log(len(true)):
+    if chi_squares[0] - chi_squares[1] < 4 * np.log(len(true)):  # the scales are four numbers
         scaled, errors[1] = known, errors[0]
     return replace(scaled, place_error=excess_sigma(errors[1][0], variance[:, :2]), depth_share=excess_sigma(errors[1][1], variance[:, 2:]))
 
@@ -215,7 +194,7 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
 def _least_absolute(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Solution (n,) of matrix (N, n) for values (N,) with the smallest sum of absolute errors, by reweighted least squares."""
     weight = np.ones(len(values))
-    for _ in range(REWEIGHTINGS):
+    for _ in range(20):
         found = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=None)[0]
         error = np.abs(values - matrix @ found)
         weight = 1 / np.sqrt(error + 1e-3 * error.max() + 1e-12)

@@ -14,19 +14,15 @@ from ... import _core
 from ...common.geometry import Cap, extrapolate, spline_fit
 from ...common.progress import in_parallel
 from ...core.errors import BadCalibration
-from ..simulated import DEPTH_POWER
+from ..constants import DOME, PRESS
 from .mechanics import STRETCH, DomeMaterial, DomeMesh, MeshPlan, OnMesh, PressedDome, appear_at, disc_scale, outlines, press_dome, shift_of
 
-RADIUS_SPREAD = np.log(2.2)  # of the simulated log tip radii around the middle one
 RADII = 4  # number of simulated tips
 #: Simulated friction numbers, friction over that of the plan minus 1: none, as of a tip in gross slip, and that of the plan, above which
 #: skin sticks
 FRICTIONS = np.array([-1.0, 0.0])
-MIN_MODE_RMS = 1.5e-6  # m; weaker modes are truncated: below the noise of a marker
-MAX_UNSOLVED_SHARE = 0.2  # of the presses; deep presses of a large tip near the rim do not converge
 UNIFORM = MeshPlan(even=1, rings=1, width=1.0, harmonics=0)  # of quantities that are constant over the dome
 _EDGE = 0.5 / STRETCH**2  # weight of the outline in the mean over a disc, which makes it exact to cubic terms
-DRAGGED = 0.5  # displacement of a drag over its depth, for which the apparent displacement of markers is exact
 
 
 @dataclass(frozen=True)
@@ -57,12 +53,12 @@ class DomePlan:
     @property
     def largest_shift(self) -> float:
         """Shift of the mesh at the reach, of the smallest tip, whose contact is the farthest from the axis."""
-        return shift_of(self.reach, self.radius * np.exp(-RADIUS_SPREAD), self.cap)
+        return shift_of(self.reach, self.radius * np.exp(-DOME.radius_spread), self.cap)
 
     @property
     def load_steps(self) -> np.ndarray:
         """Load steps (levels * substeps,), m; the last of each level is a depth of the library."""
-        return self.depth * (np.arange(1, self.levels * self.substeps + 1) / (self.levels * self.substeps)) ** DEPTH_POWER
+        return self.depth * (np.arange(1, self.levels * self.substeps + 1) / (self.levels * self.substeps)) ** PRESS.depth_power
 
     @property
     def shifts(self) -> np.ndarray:
@@ -102,8 +98,8 @@ class DomeLibrary:
     def __post_init__(self):
         plan, cap = self.plan, self.plan.cap
         covered = _core.press.DomePlan(curvature=cap.curvature_radius, centre_z=cap.centre_z, disc_scale=disc_scale(cap),
-                                 reach=plan.largest_shift, depth=plan.depth, power=DEPTH_POWER, radius=plan.radius,
-                                 radius_spread=RADIUS_SPREAD)
+                                 reach=plan.largest_shift, depth=plan.depth, power=PRESS.depth_power, radius=plan.radius,
+                                 radius_spread=DOME.radius_spread)
         arrays = [{name: np.asarray(part, np.float32) for name, part in vars(table).items() if name != 'mesh'}
                   for table in (self.shown, self.pushed)]
         self.kernel, self._pushes = (_core.press.DomeLibrary(covered, edges=table.mesh.edges, **one)
@@ -126,7 +122,7 @@ def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshP
     shape = plan.order, RADII, len(FRICTIONS), plan.levels
     fields = [np.reshape([getattr(one, name) for one in pressed], (*shape, mesh.rings + 1, 3, mesh.harmonics + 1))
               for name in ('straight', 'along', 'across')]
-    if np.isnan(fields[0][..., 0, 0, 0]).mean() > MAX_UNSOLVED_SHARE:
+    if np.isnan(fields[0][..., 0, 0, 0]).mean() > DOME.max_unsolved_share:
         raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check dome and depths')
     pushes = [np.repeat(np.reshape([getattr(one, name) for one in pressed], (*shape, 1, 3, 1)), 2, axis=4)
               for name in ('push', 'push_along', 'push_across')]
@@ -151,7 +147,7 @@ def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: 
     shift, radius, friction = case
     mesh = DomeMesh(shift, plan.cap, mesh_plan)
     rough = replace(material, friction=material.friction * (1 + friction))
-    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough, drags=plan.substeps)
+    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(DOME.radius_spread * radius), rough, drags=plan.substeps)
     level = slice(plan.substeps - 1, None, plan.substeps)
     shown = AsSeen(mesh, plan.marker, plan.camera_centre).fields(found.straight[level], found.along[level], found.across[level])
     return PressedDome(*shown, found.push[level], found.push_along[level], found.push_across[level])
@@ -178,14 +174,14 @@ class AsSeen:
         self._still = offset[:, :2] / offset[:, 2:] - appear_at(self._outlines, self._camera_centre)
 
     def fields(self, straight: np.ndarray, along: np.ndarray, across: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Fields of PressedDome, (D, size) each; drags are linearised at DRAGGED of their displacement."""
+        """Fields of PressedDome, (D, size) each; drags are linearised at DOME.drag of their displacement."""
         shown = np.full((3, *straight.shape), np.nan)
         for k in np.flatnonzero(np.isfinite(straight[:, 0])):
             base = self._displaced(straight[k], False)
             shown[0, k] = self._field(self._shown(base), False)
             for kind, field in ((1, along[k]), (2, across[k])):
-                aside = DRAGGED * self._displaced(field, kind == 2)
-                shown[kind, k] = self._field(self._shown(base + aside) - self._shown(base - aside), kind == 2) / (2 * DRAGGED)
+                aside = DOME.drag * self._displaced(field, kind == 2)
+                shown[kind, k] = self._field(self._shown(base + aside) - self._shown(base - aside), kind == 2) / (2 * DOME.drag)
         return tuple(shown)
 
     def _displaced(self, field: np.ndarray, odd: bool) -> np.ndarray:
@@ -229,7 +225,7 @@ def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.nd
     shape = kinds[0].shape
     snapshots = np.reshape(kinds, (-1, int(np.prod(shape[3:]))))
     _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
-    modes = modes[:max(1, int(np.sum(strength > MIN_MODE_RMS * np.sqrt(snapshots.size))))]
+    modes = modes[:max(1, int(np.sum(strength > DOME.min_mode_rms * np.sqrt(snapshots.size))))]
     mixed = np.reshape(snapshots @ modes.T, (len(kinds), *shape[:3], len(modes)))
     if len(kinds) > len(FRICTIONS):  # straight presses by powers of the friction number
         powers = np.linalg.inv(np.vander(FRICTIONS, increasing=True))

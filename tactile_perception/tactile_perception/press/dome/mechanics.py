@@ -10,6 +10,7 @@ import numpy as np
 from ...common.geometry import Cap
 from ...common.marker_sensor import MarkerSensor, dome_cap, rest_points
 from ...core.errors import BadArgument
+from ..constants import DOME
 from ..simulated import GAUSS
 
 STEP = 1e-5  # of the unit disc; finite difference for derivatives, accurate to 1e-10
@@ -177,15 +178,6 @@ class OnMesh:
         return np.where(self._inside, np.stack(moved, axis=1), 0.0)
 
 
-PENALTY = 4e6  # 1/m^2 times the tension over G; penalty stiffness of contact, for a penetration of about 10 um
-TRANSITION = 10e-6  # m; half width of the transition into contact
-MAX_NEWTON_STEPS = 24  # before the load step is halved
-EXACT_STEPS = 8  # first steps use the exact tangent; later ones the secant of sliding points, as stick and slip might alternate for ever
-MAX_HALVINGS = 4  # of a load step
-NEWTON_TOLERANCE = 2e-6  # m; largest last Newton step, far below the noise of a marker
-MAX_STEP = 2e-3  # m, of a Newton step
-
-
 @dataclass(frozen=True)
 class DomeMaterial:
     """Material of a dome.
@@ -266,7 +258,7 @@ class _Press:
     def __init__(self, mesh: DomeMesh, radius: float, material: DomeMaterial):
         self._mesh, self._radius, self._material, self._u = mesh, radius, material, np.zeros(mesh.plan.size)
         self._weight, self._area = mesh.weight[..., None], (mesh.weight * mesh.scale**2)[..., None]
-        self._stiff, self._squeeze = PENALTY * (1 - material.squeeze), material.squeeze * mesh.scale**6  # per length in the disc
+        self._stiff, self._squeeze = DOME.penalty * (1 - material.squeeze), material.squeeze * mesh.scale**6  # per length in the disc
         cap = mesh.cap
         skin, self._pressure = self._skin(), 2 * (1 - material.squeeze) / cap.curvature_radius
         self._volume = skin.volume
@@ -284,7 +276,7 @@ class _Press:
             start = self._u
             if at > before:
                 self._u = start + (start - last) * min((depth - at) / (at - before), 2.0)
-            if not self._reach(at, depth, start, MAX_HALVINGS):
+            if not self._reach(at, depth, start, DOME.max_halvings):
                 break
             last, before, at = start, at, depth
             found.straight[k], found.push[k] = self._u, self._push()
@@ -306,14 +298,14 @@ class _Press:
         """Find the equilibrium at depth by Newton's method; False without convergence."""
         centre = self._first - [0.0, 0.0, depth]
         self._held, self._anchor = self._met(centre)
-        for number in range(MAX_NEWTON_STEPS):
-            residual, touch = self._balance(centre, number < EXACT_STEPS)
+        for number in range(DOME.max_newton_steps):
+            residual, touch = self._balance(centre, number < DOME.exact_steps)
             step = self._with_gas(self._tangent, -residual, self._swelling)
             if not np.isfinite(step).all():
                 return False
             largest = np.abs(step).max()
-            self._u = self._u + step * min(1.0, MAX_STEP / max(largest, 1e-12))
-            if largest < NEWTON_TOLERANCE:
+            self._u = self._u + step * min(1.0, DOME.max_step / max(largest, 1e-12))
+            if largest < DOME.tolerance:
                 self._settled = touch.on, np.where(touch.on[..., None], touch.stick_position, 0.0), centre, self._skin().positions - centre
                 self._touching = touch
                 return True
@@ -327,7 +319,7 @@ class _Press:
         """
         held, anchor, before, offset = self._settled
         down, up = before[2] - centre[2], -offset[..., 2]
-        root = up**2 - np.sum(offset**2, axis=-1) + (self._radius + TRANSITION)**2
+        root = up**2 - np.sum(offset**2, axis=-1) + (self._radius + DOME.transition)**2
         travel = np.clip(up - np.sqrt(np.maximum(root, 0.0)), 0.0, None)
         meets = ~held & (root > 0) & (travel < down)
         return held | meets, np.where(meets[..., None], offset + travel[..., None] * [0.0, 0.0, 1.0], anchor)
@@ -418,10 +410,10 @@ class _Press:
         on a slope without friction, points of the border would alternate.
         """
         distance = np.linalg.norm(offset, axis=-1)
-        normal, deep, friction = offset / distance[..., None], self._radius + TRANSITION - distance, self._material.friction
+        normal, deep, friction = offset / distance[..., None], self._radius + DOME.transition - distance, self._material.friction
         on, held = deep > 0, self._held & (deep > 0)
-        stiff = self._stiff * np.clip(deep / (2 * TRANSITION), 0, 1)
-        pressure = np.where(on, np.where(deep < 2 * TRANSITION, stiff * deep / 2, self._stiff * (deep - TRANSITION)), 0.0)
+        stiff = self._stiff * np.clip(deep / (2 * DOME.transition), 0, 1)
+        pressure = np.where(on, np.where(deep < 2 * DOME.transition, stiff * deep / 2, self._stiff * (deep - DOME.transition)), 0.0)
         slid = np.where(held[..., None], offset - self._anchor, 0.0)
         slid -= np.sum(slid * normal, axis=-1, keepdims=True) * normal
         amount, stick = np.linalg.norm(slid, axis=-1), self._stiff / 2

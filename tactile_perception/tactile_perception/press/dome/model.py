@@ -15,54 +15,14 @@ from ... import _core
 from ...common.geometry import cross
 from ...common.marker_sensor import MarkerSensor, first_touch_height
 from ...core.errors import BadArgument
+from ..constants import DOME, PRESS
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
-from ..field import MIN_MARKERS, MarkerField
-from ..simulated import MAX_RELATIVE_DEPTH
-from .library import RADIUS_SPREAD, DomeLibrary
+from ..field import MarkerField
+from .library import DomeLibrary
 from .mechanics import centres_of, seen_at
 
 X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.press.DomeLibrary
-PRESS = 7
-MIN_DEPTH = 1e-5  # m; far below what markers show
-STEP_LIMITS = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, displacement of a drag over depth
-START_RINGS, START_DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.6, 0.85)  # over rim radius and deepest press
-MIN_START_DEPTH = 0.01  # over the smallest depth of the table of starts
-MIN_MISFIT = 0.1  # in a covariance; no fit is assumed to be better
-POLYNOMIAL_DEGREE = 5  # of the error of a sum of two fields, which is smooth
-FAINT_PRESS_NUMBERS = 3  # that a faint press determines: position and depth
-MAX_RELATIVE_REACH = 0.98  # of the library's reach; contacts beyond are at the edge
-
-
-@dataclass(frozen=True)
-class DomeConstants:
-    """Constants of the dome method, tuned on simulated domes. Pairs are of position and depth. Tips, frictions and drags: PressPrior.
-
-    alike: factor on the standard deviation of model errors, because those of neighbouring markers are similar
-    stands_out: smallest match of a contact in noise standard deviations; quieter: the same over the largest match of untouched frames
-    sure: smallest depth over its standard deviation, and tip radius over that of the position; fainter contacts are not reported
-    faint: factor on the smallest match, below which two presses may be mistaken for one
-    ordinary: residual chi-square of presses under their own hypothesis, which is 0.4 to 2
-    unexplained: chi-square above which an estimate is ambiguous
-    not_linear: errors over the displacement of a drag, which is linearised; the first also of displacements
-    added: error of the depth of each of two presses, whose fields are added
-    scaled: error of a scale over the correction of the calibrated tip; another tip may need another correction
-    apart: pitches; smallest distance of the starts of two contacts
-    """
-
-    alike: float = 4.5
-    stands_out: float = 12.0
-    quieter: float = 1.5
-    sure: float = 2.5
-    faint: float = 8.0
-    ordinary: float = 1.0
-    unexplained: float = 12.0
-    not_linear: tuple[float, float] = (0.07, 0.1)
-    added: float = 0.12
-    scaled: float = 0.5
-    apart: float = 2.2
-
-
-CONSTANTS = DomeConstants()
+PRESS_SIZE = 7
 
 
 @dataclass(frozen=True)
@@ -90,22 +50,30 @@ class PressPrior:
     drag: float
     friction: float
     tip: float = 0.0
-    tip_sigma: float = 0.35
+    tip_sigma: float = 0.0
     together: float = 0.0
     rougher: float = 0.0
     wider: float = 0.0
 
 
-#: Standard deviation of an unknown friction number. For coefficients from 0.2 to 1.0, uniform in their logs, it is 0.46, but large ones
-#: have similar effects, because the skin sticks
-UNKNOWN_FRICTION = 0.35
-#: Standard deviation of an unknown log radius over the library's spread, for tips of 0.6 to 2 times the calibrated radius
-UNKNOWN_TIP = float(np.log(2.0 / 0.6) / np.sqrt(12) / RADIUS_SPREAD)
-#: Prior of a straight press, which hardly depends on friction, and of a dragged one, which rotates the friction of the press into the drag,
-#: so that none of it remains once the tip slips; a sticking tip moves the skin farther than it is deep
-STRAIGHT, DRAGGED = PressPrior(0.005, 0.02, rougher=UNKNOWN_FRICTION, wider=UNKNOWN_TIP), PressPrior(1.0, 1.0)
-#: Prior of two presses: the more one is dragged by the other or slips, the less else the markers determine; gas and tension are shared
-OF_TWO = PressPrior(0.1, 0.01, together=0.1)
+def straight_press() -> PressPrior:
+    """Prior of a straight press, which hardly depends on friction."""
+    unknown_tip = float(np.log(DOME.unknown_tips[1] / DOME.unknown_tips[0]) / np.sqrt(12) / np.log(DOME.radius_ratio))
+    return PressPrior(*DOME.straight, tip_sigma=DOME.tip_sigma, rougher=DOME.unknown_friction, wider=unknown_tip)
+
+
+def dragged_press(radius: tuple[float, float] | None = None) -> PressPrior:
+    """Prior of a dragged press. It rotates the friction of the press into the drag, so that none of it remains once the tip slips.
+
+    radius: mean and standard deviation of the log radius over the library's spread.
+    """
+    return PressPrior(*DOME.dragged, *(radius or (0.0, DOME.tip_sigma)))
+
+
+def two_presses() -> PressPrior:
+    """Prior of two: the more one is dragged by the other or slips, the less else the markers determine; gas and tension are shared."""
+    drag, friction, together = DOME.two
+    return PressPrior(drag, friction, tip_sigma=DOME.tip_sigma, together=together)
 
 
 @dataclass(frozen=True)
@@ -127,7 +95,7 @@ class DomeFound:
     @property
     def is_sure(self) -> bool:
         """Whether the markers show every press, that is, its depth is known."""
-        return bool((np.diag(self.covariance)[DEPTH::PRESS] * CONSTANTS.sure**2 < 1).all())
+        return bool((np.diag(self.covariance)[DEPTH::PRESS_SIZE] * DOME.sure**2 < 1).all())
 
 
 class DomeInverse:
@@ -149,7 +117,7 @@ class DomeInverse:
         apart = np.hypot(*(self.starts[:, None, :2] - self.starts[:, :2]).transpose(2, 0, 1))
         gram = shown @ shown.T
         self._smooth = _polynomials(self._rest)
-        self._pair_sizes = np.where(apart >= CONSTANTS.apart * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
+        self._pair_sizes = np.where(apart >= DOME.apart * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
 
     def appear(self, presses: np.ndarray) -> np.ndarray:
         """Apparent displacements (K, 2), m, under presses (n, 7); 0 for markers at unknown positions."""
@@ -185,35 +153,36 @@ class DomeInverse:
 
         match: (S, ...), n axes, products of the starts' fields with the field; sizes: (S, ...), squares of the starts' fields.
         """
-        factor = np.clip(match / sizes, MIN_START_DEPTH, 1.0)
+        factor = np.clip(match / sizes, DOME.min_start_depth, 1.0)
         residual = factor * (factor * sizes - 2 * match)
         best = np.unravel_index(np.argmin(residual), sizes.shape)
         starts = self.starts[list(best)]
         starts[:, DEPTH] += np.log(factor[best])
         return starts, float(residual[best])
 
-    def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior = STRAIGHT) -> DomeFound:
-        """Fit presses to a field, from starts (n, 7)."""
+    def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior | None = None) -> DomeFound:
+        """Fit presses to a field, from starts (n, 7); prior: that of a straight press if not given."""
+        prior = prior or straight_press()
         seen = field.seen & np.isfinite(self.points).all(1)
         square, noise = _squares(field), self.noise.still**2
         model = self.noise.share**2 * square + self.noise.top**2 * square.max()  # m^2, variance of the model error
-        weight = np.where(seen, 1 / (noise + CONSTANTS.alike**2 * model), 0.0)
+        weight = np.where(seen, 1 / (noise + DOME.alike**2 * model), 0.0)
         shared = self._shared(square.max(), weight, prior.together) if prior.together else np.zeros((len(weight), 0))
         frame = _core.press.DomeFrame(shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, shared=shared)
         found = self.library.kernel.fit(self._markers, frame, self._prior(prior), starts)
         misfit = float(np.sum(found.residual**2 / (noise + model)[:, None])) / max(2 * int(seen.sum()), 1)
-        scale = max(misfit, MIN_MISFIT) if len(starts) == 1 else 1.0  # the error of a sum of two fields is in the covariance
+        scale = max(misfit, DOME.min_misfit) if len(starts) == 1 else 1.0  # the error of a sum of two fields is in the covariance
         radius = float(found.presses[0, RADIUS]), float(np.sqrt(scale * found.covariance[RADIUS, RADIUS]))
-        drag = CONSTANTS.not_linear[0] * float(np.linalg.norm(found.presses[:, DRAG], axis=1).max())
+        drag = DOME.not_linear[0] * float(np.linalg.norm(found.presses[:, DRAG], axis=1).max())
         expected = 1 + drag**2 * float(np.mean((square / (noise + model))[seen]))
         return DomeFound(found.presses, found.covariance * scale + self._unknown(found.covariance, prior), misfit, radius,
                          field.shift - found.residual, expected)
 
-    def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
+    def _unknown(self, covariance: np.ndarray, prior: PressPrior | None = None) -> np.ndarray:
         """Addition to a covariance (7 n, 7 n) because friction and radius vary by more than the prior of the fit assumes."""
-        weight, variance = self._prior(prior).weight, np.zeros(PRESS)
+        weight, variance = self._prior(prior).weight, np.zeros(PRESS_SIZE)
         variance[[RADIUS, FRICTION]] = prior.wider**2, prior.rougher**2
-        more = np.tile(np.maximum(weight * (weight * variance - 1), 0.0), len(covariance) // PRESS)
+        more = np.tile(np.maximum(weight * (weight * variance - 1), 0.0), len(covariance) // PRESS_SIZE)
         return (covariance * more) @ covariance
 
     def _shared(self, largest: float, weight: np.ndarray, together: float) -> np.ndarray:
@@ -225,14 +194,14 @@ class DomeInverse:
         factor = np.linalg.cholesky(weighted @ self._smooth + np.eye(len(weighted)) * len(weighted) / (together**2 * largest))
         return np.linalg.solve(factor, weighted).T
 
-    def _prior(self, prior: PressPrior) -> _core.press.PressPrior:
+    def _prior(self, prior: PressPrior | None = None) -> _core.press.PressPrior:
         """Prior of each number of a press, for the kernel."""
         plan = self.library.plan
         weight = np.array([1e-6, 1e-6, 1e-6, prior.tip_sigma**-2, prior.friction**-2, prior.drag**-2, prior.drag**-2])
-        lowest = np.array([-plan.reach, -plan.reach, np.log(MIN_DEPTH), -1.0, -1.0, -2.0, -2.0])
+        lowest = np.array([-plan.reach, -plan.reach, np.log(1e-5), -1.0, -1.0, -2.0, -2.0])
         highest = np.array([plan.reach, plan.reach, np.log(plan.depth), 1.0, 0.0, 2.0, 2.0])
         mean = np.array([0.0, 0.0, 0.0, prior.tip, 0.0, 0.0, 0.0])
-        return _core.press.PressPrior(mean=mean, weight=weight, lowest=lowest, highest=highest, longest=np.array(STEP_LIMITS))
+        return _core.press.PressPrior(mean=mean, weight=weight, lowest=lowest, highest=highest, longest=np.array(DOME.max_steps))
 
 
 def _squares(field: MarkerField) -> np.ndarray:
@@ -244,7 +213,8 @@ def _polynomials(positions: np.ndarray) -> np.ndarray:
     """Polynomials (K, m) of positions (K, 2), orthogonal and of unit RMS over the known ones; 0 at others."""
     known = np.isfinite(positions).all(1)
     x, y = (positions[known] / np.abs(positions[known]).max()).T
-    terms = np.stack([x**i * y**j for i in range(POLYNOMIAL_DEGREE + 1) for j in range(POLYNOMIAL_DEGREE + 1 - i)], axis=1)
+    degree = 5  # the error is smooth
+    terms = np.stack([x**i * y**j for i in range(degree + 1) for j in range(degree + 1 - i)], axis=1)
     smooth = np.zeros((len(positions), terms.shape[1]))
     smooth[known] = np.linalg.qr(terms)[0] * np.sqrt(known.sum())
     return smooth
@@ -253,17 +223,14 @@ def _polynomials(positions: np.ndarray) -> np.ndarray:
 def _starts(library: DomeLibrary) -> np.ndarray:
     """Presses (S, 7) all over the dome."""
     starts, rim, deepest = [], library.plan.rim_radius, library.plan.depth
-    for ring in START_RINGS:
+    for ring in DOME.start_rings:
         if ring * rim > library.plan.reach:
             break
-        count = max(1, round(2 * np.pi * ring / START_RINGS[1]))
+        count = max(1, round(2 * np.pi * ring / DOME.start_rings[1]))
         for turn in np.arange(count) * 2 * np.pi / count:
             position = ring * rim * np.array([np.cos(turn), np.sin(turn)])
-            starts += [[*position, np.log(part * deepest), 0.0, 0.0, 0.0, 0.0] for part in START_DEPTHS]
+            starts += [[*position, np.log(part * deepest), 0.0, 0.0, 0.0, 0.0] for part in DOME.start_depths]
     return np.array(starts)
-
-
-SHALLOW = 0.2  # of the deepest press; above it, model errors are proportional to depth
 
 
 @dataclass(frozen=True)
@@ -321,16 +288,10 @@ class DomeCalibration:
 
 
 def shallowness(depth: np.ndarray, deepest: float) -> np.ndarray:
-    """Shallowness (...) of fitted depths (...), m: 1 up to SHALLOW of the deepest, above it inversely proportional to depth."""
-    return SHALLOW * deepest / np.maximum(depth, SHALLOW * deepest)
+    """Shallowness (...) of fitted depths (...), m: 1 up to DOME.shallow of the deepest, above it inversely proportional to depth."""
+    return DOME.shallow * deepest / np.maximum(depth, DOME.shallow * deepest)
 
 
-SLOPE_SHARE = 0.5  # share of the slope of the skin under one press, by the other, that displaces its contact; tuned on simulated pairs
-SLOPE_BASE = 3e-3  # m, over which that slope is computed
-CONTACT_GAP = 0.05  # gap between skin and tip over the tip's radius, above the smallest one, below which the skin is in contact
-CONTACT_POINTS = 15  # across a tip, at which the skin is tested for contact
-DIFFERENCE = 1e-6  # of a number of a press, for derivatives
-CENTRE_ERROR = 0.15  # of a contact's centre, over its distance from the lowest point
 
 
 class DomeModelMethod:
@@ -339,7 +300,7 @@ class DomeModelMethod:
     def __init__(self, calibration: DomeCalibration, sensor: MarkerSensor):
         self.calibration, self.sensor = calibration, sensor
         self.solver = calibration.inverse(sensor)
-        self._threshold = max(CONSTANTS.stands_out, CONSTANTS.quieter * calibration.quiet)
+        self._threshold = max(DOME.stands_out, DOME.quieter * calibration.quiet)
         self._choice = Choice()
         self._last: tuple[MarkerField, DomeFound | None] | None = None  # of estimate
 
@@ -354,20 +315,20 @@ class DomeModelMethod:
             return []
         touches = [self._touch(found, k) for k in range(len(found.presses))]
         radius = self.calibration.library.plan.radius
-        return [touch for touch in touches if touch.depth > CONSTANTS.sure * touch.depth_sigma
-                and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * CONSTANTS.sure < radius]
+        return [touch for touch in touches if touch.depth > DOME.sure * touch.depth_sigma
+                and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * DOME.sure < radius]
 
     def find(self, field: MarkerField) -> DomeFound | None:
         """Find the presses of one frame; None without contact. Raises BadArgument for another pattern."""
         if len(field) != len(self.solver.points):
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
         match = self.solver.match(field)
-        score = self.solver.score(match) if field.seen.sum() >= MIN_MARKERS and self._spread(field) else 0.0
+        score = self.solver.score(match) if field.seen.sum() >= PRESS.min_markers and self._spread(field) else 0.0
         if not score > self._threshold:
             self._choice = Choice()  # the next press is another contact
             return None
         found = self._explained(field, match)
-        faint = len(found.presses) == 1 and score < CONSTANTS.faint * self._threshold
+        faint = len(found.presses) == 1 and score < DOME.faint * self._threshold
         return self._unsure(field, match, found) if faint else found
 
     def _spread(self, field: MarkerField) -> bool:
@@ -383,7 +344,7 @@ class DomeModelMethod:
         uncertain as the two presses are apart.
         """
         two = self.solver.solve(field, self.solver.start_of_two(match))
-        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) < 2 * FAINT_PRESS_NUMBERS:
+        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) < 2 * 3:  # a faint press determines position and depth
             return found
         covariance, offset = found.covariance.copy(), two.presses[:, :3] - found.presses[0, :3]
         covariance[:3, :3] += offset.T @ offset / 2
@@ -402,43 +363,42 @@ class DomeModelMethod:
             Directly from the start, drags might diverge to small depths with long displacements.
             """
             if self._choice.two is not None:
-                return self.solver.solve(field, self._choice.two, OF_TWO)
+                return self.solver.solve(field, self._choice.two, two_presses())
             straight = self.solver.solve(field, self.solver.start_of_two(match))
-            return self.solver.solve(field, straight.presses, OF_TWO) if straight.is_sure else straight
+            return self.solver.solve(field, straight.presses, two_presses()) if straight.is_sure else straight
 
-        tip, tip_sigma = self._choice.radius or (DRAGGED.tip, DRAGGED.tip_sigma)
-        dragged = replace(DRAGGED, tip=tip, tip_sigma=tip_sigma)
+        straight, dragged = straight_press(), dragged_press(self._choice.radius)
         return self._choice.explain(
-            Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
-            lambda start, drags: self.solver.solve(field, start, dragged if drags else STRAIGHT),
+            Evidence(2 * int(field.seen.sum()), DOME.ordinary),
+            lambda start, drags: self.solver.solve(field, start, dragged if drags else straight),
             self.solver.start(field, match, self._choice.one), two)
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration
-        radius, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
+        radius, pressed = float(calibration.library.plan.radius * np.exp(DOME.radius_spread * press[RADIUS])), float(np.exp(press[DEPTH]))
         first = press[[X, Y]] / calibration.wider
         (sunk, slopes), scale = self._by_others(found, number, radius), calibration.depth_scale(first, pressed)
         tip, by = self._tip(press, scale, sunk)
         lowest, depth = tip[:3], float(tip[3])
-        aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in CONSTANTS.not_linear)
-        share = calibration.depth_share + CONSTANTS.scaled * abs(scale - 1)
-        aside += calibration.place_error + CONSTANTS.scaled * float(np.hypot(*(first - press[[X, Y]])))
+        aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in DOME.not_linear)
+        share = calibration.depth_share + DOME.scaled * abs(scale - 1)
+        aside += calibration.place_error + DOME.scaled * float(np.hypot(*(first - press[[X, Y]])))
         deeper += share * depth + abs(sunk)
-        part = slice(PRESS * number, PRESS * (number + 1))
-        by_numbers, by_errors = np.split(by, [PRESS], axis=1)
+        part = slice(PRESS_SIZE * number, PRESS_SIZE * (number + 1))
+        by_numbers, by_errors = np.split(by, [PRESS_SIZE], axis=1)
         covariance = by_numbers @ found.covariance[part, part] @ by_numbers.T + by_errors * [aside**2, aside**2, deeper**2] @ by_errors.T
         if not np.isfinite(covariance).all():
             covariance = np.diag([self.sensor.rim_radius**2] * 4)
         reach = calibration.library.plan.reach
-        at_edge = np.hypot(*press[[X, Y]]) > MAX_RELATIVE_REACH * reach or np.hypot(*first) > calibration.farthest
-        flags = OUT_OF_RANGE * (depth > MAX_RELATIVE_DEPTH * calibration.deepest) | AT_EDGE * bool(at_edge)
-        flags |= AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
+        at_edge = np.hypot(*press[[X, Y]]) > DOME.max_relative_reach * reach or np.hypot(*first) > calibration.farthest
+        flags = OUT_OF_RANGE * (depth > PRESS.max_relative_depth * calibration.deepest) | AT_EDGE * bool(at_edge)
+        flags |= AMBIGUOUS * (found.misfit > DOME.unexplained)
         position, wrench = lowest, np.full(6, np.nan)
         if len(found.presses) == 1:
             wrench = self._wrench(press, lowest, radius)
         else:
             position = lowest + self._centre(press, radius, slopes)
-            aside, deeper = CENTRE_ERROR * float(np.linalg.norm(position - lowest)), CONSTANTS.added * depth
+            aside, deeper = DOME.centre_error * float(np.linalg.norm(position - lowest)), DOME.added * depth
             covariance += np.diag(np.square([aside, aside, deeper, deeper]))
         sigma = float(np.sqrt(covariance[3, 3]))
         return TouchEstimate(position, depth, covariance[:3, :3], sigma, radius, int(flags), wrench=wrench, lowest=lowest)
@@ -448,14 +408,15 @@ class DomeModelMethod:
 
         scale: of its depth; sunk: m, by which other presses lower the skin.
         """
-        steps = np.vstack([np.zeros(PRESS + 3), DIFFERENCE * np.eye(PRESS + 3)])
-        presses, errors = press + steps[:, :PRESS], steps[:, PRESS:]
-        radius, pressed = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * presses[:, RADIUS]), np.exp(presses[:, DEPTH])
+        difference = 1e-6  # of a number of a press
+        steps = np.vstack([np.zeros(PRESS_SIZE + 3), difference * np.eye(PRESS_SIZE + 3)])
+        presses, errors = press + steps[:, :PRESS_SIZE], steps[:, PRESS_SIZE:]
+        radius, pressed = self.calibration.library.plan.radius * np.exp(DOME.radius_spread * presses[:, RADIUS]), np.exp(presses[:, DEPTH])
         first = presses[:, [X, Y]] / self.calibration.wider + errors[:, :2]
         low = first_touch_height(self._inside(first), radius, self.sensor) - pressed / scale - sunk - errors[:, 2]
         position = self._inside(first + pressed[:, None] * presses[:, DRAG])  # to which the drag has moved it
         tips = np.column_stack([position, low, first_touch_height(position, radius, self.sensor) - low])
-        return tips[0], (tips[1:] - tips[0]).T / DIFFERENCE
+        return tips[0], (tips[1:] - tips[0]).T / difference
 
     def _centre(self, press: np.ndarray, radius: float, slopes: np.ndarray) -> np.ndarray:
         """Vector (3,), m, from the lowest point of a tip of this radius, m, to the centre of its contact on the tip.
@@ -463,18 +424,19 @@ class DomeModelMethod:
         The centre is the mean of the skin that its own press brings near the tip, corrected for slopes (2,) of the skin by other presses.
         """
         library, cap = self.calibration.library, self.calibration.library.plan.cap
-        steps = np.linspace(-radius, radius, CONTACT_POINTS)
+        steps = np.linspace(-radius, radius, 15)
         grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
         skin = press[[X, Y]] * cap.curvature_radius / (cap.curvature_radius + radius) + grid[np.hypot(*grid.T) <= radius]
-        skin = skin[np.hypot(*skin.T) < MAX_RELATIVE_REACH * self.sensor.rim_radius]
+        skin = skin[np.hypot(*skin.T) < DOME.max_relative_reach * self.sensor.rim_radius]
         skin = np.column_stack([skin, cap.heights(skin)])
         tip = np.append(press[[X, Y]] + np.exp(press[DEPTH]) * press[DRAG],
                         first_touch_height(press[[X, Y]], radius, self.sensor)[0] - np.exp(press[DEPTH]) + radius)
         from_tip = skin + library.moved(skin, press[None]) - tip
         gap = np.linalg.norm(from_tip, axis=1)
-        touching = np.clip(2 - 2 * (gap - gap.min()) / (CONTACT_GAP * radius), 0, 1) * cap.curvature_radius / (skin[:, 2] - cap.centre_z)
+        touching = np.clip(2 - 2 * (gap - gap.min()) / (DOME.contact_gap * radius), 0, 1)
+        touching *= cap.curvature_radius / (skin[:, 2] - cap.centre_z)
         centre = touching @ from_tip
-        centre = centre / np.linalg.norm(centre) - SLOPE_SHARE * np.append(slopes, 0.0)
+        centre = centre / np.linalg.norm(centre) - DOME.slope_share * np.append(slopes, 0.0)
         return radius * centre / np.linalg.norm(centre) + [0.0, 0.0, radius]
 
     def _inside(self, positions: np.ndarray) -> np.ndarray:
@@ -498,7 +460,7 @@ class DomeModelMethod:
         others = np.delete(found.presses, number, axis=0)
         cap = self.calibration.library.plan.cap
         at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
-        at = at + SLOPE_BASE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+        at = at + DOME.slope_base * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
         touch = np.column_stack([at, cap.heights(at)])
         up = self.solver.library.moved(touch, others)[:, 2]
-        return -float(up[0]), (up[1::2] - up[2::2]) / (2 * SLOPE_BASE)
+        return -float(up[0]), (up[1::2] - up[2::2]) / (2 * DOME.slope_base)

@@ -13,14 +13,9 @@ from ... import _core
 from ...common.geometry import extrapolate, spline_fit
 from ...common.progress import in_parallel
 from ...core.errors import BadCalibration
-from ..simulated import DEPTH_POWER
+from ..constants import PRESS, SHEET
 from .mechanics import SheetMaterial, SheetMesh, min_clamp_distance, press_sheet, uniform
 
-RADIUS_SPREAD = np.log(1.35)  # of the simulated log tip radii around the calibrated one
-# m; modes below this RMS over the sheet are truncated. Near the tip they are several times larger; at 1e-6 the position of a press was
-# wrong by 0.3 mm on a stiff sheet.
-MIN_MODE_RMS = 2e-7
-MAX_UNSOLVED_SHARE = 0.1  # of the simulations; deep presses of a large tip near the clamp do not converge
 TERMS = 12  # of the table: a parabola in the log radius, then x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3 of the drag
 TERM_WEIGHTS = 0.5 ** np.array([0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 3, 3])  # sizes of the terms for a common drag
 ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1)  # terms whose sign a mirror along x, along y inverts
@@ -55,11 +50,11 @@ class LibraryPlan:
     @property
     def depths(self) -> np.ndarray:
         """Depths (levels,), m, rising to the largest."""
-        return self.depth * (np.arange(1, self.levels + 1) / self.levels) ** DEPTH_POWER
+        return self.depth * (np.arange(1, self.levels + 1) / self.levels) ** PRESS.depth_power
 
     def load_steps(self, stops: np.ndarray) -> np.ndarray:
         """Load steps, m, through the rising stops (D,), m, fine enough for path-dependent friction."""
-        fine = self.depth * (np.arange(1, self.levels * self.substeps + 1) / (self.levels * self.substeps)) ** DEPTH_POWER
+        fine = self.depth * (np.arange(1, self.levels * self.substeps + 1) / (self.levels * self.substeps)) ** PRESS.depth_power
         between = fine[fine < 0.999 * stops[-1]]
         between = between[np.abs(between[:, None] - stops).min(1, initial=np.inf) > 0.2 * self.depth / len(fine)]
         return np.union1d(between, stops)
@@ -67,7 +62,7 @@ class LibraryPlan:
     @property
     def radii(self) -> np.ndarray:
         """Radii (3,) of the simulated tips in m."""
-        return self.radius * np.exp(RADIUS_SPREAD * np.array([-1, 0, 1]))
+        return self.radius * np.exp(SHEET.radius_spread * np.array([-1, 0, 1]))
 
     @property
     def nodes(self) -> np.ndarray:
@@ -111,8 +106,8 @@ class SheetLibrary:
         plan, classes = self.plan, self.classes
         widening = 3 * self.material.prestretch**-6  # of the sheet's stiffness against a change of area over that against shear
         covered = _core.press.SheetPlan(half=np.array(plan.half, float), reach=plan.reach, scale=plan.scale, depth=plan.depth,
-                                        spread=RADIUS_SPREAD, power=DEPTH_POWER, widening=widening / (2 + 2 * widening), n=plan.n,
-                                        order=plan.order, levels=plan.levels)
+                                        spread=SHEET.radius_spread, power=PRESS.depth_power, widening=widening / (2 + 2 * widening),
+                                        n=plan.n, order=plan.order, levels=plan.levels)
         coefficients = [part.coefficients.transpose(3, 2, 0, 1, 4).ravel() for part in classes]
         shapes = [uniform(part.modes, near_only=True).ravel() for part in classes]
         self.table = _core.press.SheetTable(covered, modes=np.array([len(part.modes) for part in classes]),
@@ -131,7 +126,7 @@ def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
     fields, wrenches = (np.reshape(part, (*shape, *part[0].shape[2:])) for part in zip(*pressed))
     solved = np.concatenate([np.zeros_like(fields[:, :, :, :1]), fields], axis=3)
     wrench = np.concatenate([np.full_like(wrenches[:, :, :, :1], np.nan), wrenches], axis=3)
-    if np.isnan(fields[:, :, :3, :, 0, 0, 0]).mean() > MAX_UNSOLVED_SHARE:
+    if np.isnan(fields[:, :, :3, :, 0, 0, 0]).mean() > SHEET.max_unsolved_share:
         raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check size and depths')
     depths = np.concatenate([[0.0], plan.depths])
     for part in (solved, wrench):
@@ -213,7 +208,7 @@ def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: L
     part = part[..., :quarter, :quarter, :].reshape(*solved.shape[:4], -1)
     snapshots = (part * TERM_WEIGHTS[:, None, None]).reshape(-1, part.shape[-1])
     _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
-    count = max(1, int(np.sum(strength > MIN_MODE_RMS * np.sqrt(snapshots.size))))
+    count = max(1, int(np.sum(strength > SHEET.min_mode_rms * np.sqrt(snapshots.size))))
     mixed = np.concatenate([part @ modes[:count].T, wrench[..., WRENCH_NUMBERS[CLASSES.index(odd)]]], axis=-1)
     angle = np.arccos(plan.nodes)[:, None] * np.arange(2 * plan.order)
     even_odd = [np.linalg.inv(np.cos(angle[:, parity::2])) for parity in (0, 1)]

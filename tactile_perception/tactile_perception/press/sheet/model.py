@@ -15,47 +15,10 @@ import numpy as np
 from ... import _core
 from ...common.geometry import cross
 from ...common.marker_sensor import MarkerSensor
+from ..constants import PRESS, SHEET
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
-from ..field import MIN_MARKERS, MarkerField
-from ..simulated import MAX_RELATIVE_DEPTH
+from ..field import MarkerField
 from .library import Press, SheetLibrary, vectors
-
-SIZE = 6  # of a press's vector
-DISC_PITCHES = 2.5  # marker pitches from a press within which markers are discs; farther away they are points
-MAX_RELATIVE_REACH = 0.999  # of the library's reach; contacts beyond are at the edge
-
-
-@dataclass(frozen=True)
-class SheetConstants:
-    """Constants of the sheet method, tuned on simulated sheets. Pairs are of position and depth.
-
-    tip: prior standard deviation of the log of a tip's radius over the calibrated one; three in four tips are within 0.8 to 1.2 times
-    stands_out: smallest match of a contact in noise standard deviations, three times the largest match of untouched frames
-    sure: smallest depth of a contact over its standard deviation
-    ordinary: residual chi-square of presses under their own hypothesis, which is 0.2 to 1
-    strange: chi-square of a first frame, above which two cameras show it at different times
-    unexplained: chi-square above which an estimate is ambiguous
-    unseen: pitches to the nearest visible marker, above which a contact is not reported
-    floor: smallest standard deviations over the tip radius; friction differs on other paths than in calibration
-    dragged: standard deviations over the tip radius that a drag of 1 adds
-    radius: standard deviations of a log radius, of a press and of a drag, because another friction resembles another radius
-    apart: standard deviations over the tip radius, of two presses at a chi-square of 2
-    """
-
-    tip: float = 0.15
-    stands_out: float = 8.0
-    sure: float = 4.0
-    ordinary: float = 0.5
-    strange: float = 2.5
-    unexplained: float = 4.0
-    unseen: float = 2.0
-    floor: tuple[float, float] = (0.005, 0.003)
-    dragged: tuple[float, float] = (0.1, 0.06)
-    radius: tuple[float, float] = (0.1, 0.2)
-    apart: tuple[float, float] = (0.1, 0.04)
-
-
-CONSTANTS = SheetConstants()
 
 
 @dataclass(frozen=True)
@@ -99,11 +62,11 @@ class Inverse:
     def is_sure(self, k: int) -> bool:
         """Whether the markers show press k, whose depth may still be uncertain, as in drags."""
         (*_, depth), covariance = self.tip(k)
-        return bool(depth > CONSTANTS.sure * np.sqrt(covariance[2, 2]))
+        return bool(depth > SHEET.sure * np.sqrt(covariance[2, 2]))
 
     def tip(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Position and depth (3,), m, of press k as if it were alone, and their covariance (3, 3), scaled by a misfit above 1."""
-        part = slice(SIZE * k, SIZE * k + 3)
+        part = slice(6 * k, 6 * k + 3)
         return self.presses[k].vector[:3], self.covariance[part, part] * max(self.misfit, 1.0)
 
 
@@ -125,10 +88,10 @@ class SheetInverse:
     """Fits presses to marker fields. marker_radius: m; pitch: m, of the markers."""
 
     def __init__(self, library: SheetLibrary, noise: FieldNoise, marker_radius: float, pitch: float):
-        self._library, self._marker = library, {'radius': marker_radius, 'near': DISC_PITCHES * pitch}
+        self._library, self._marker = library, {'radius': marker_radius, 'near': SHEET.disc_pitches * pitch}
         self._noise = _core.press.MarkerNoise(**vars(noise))
 
-    def solve(self, seen: Seen, start: list[Press], drags: bool = False, tip: tuple[float, float] = (0.0, CONSTANTS.tip)) -> Inverse:
+    def solve(self, seen: Seen, start: list[Press], drags: bool = False, tip: tuple[float, float] = (0.0, SHEET.tip)) -> Inverse:
         """Fit one press or two from start.
 
         drags: whether their drags are unknown, else 0; tip: prior mean and standard deviation of the log of the radius over the calibrated
@@ -158,10 +121,6 @@ def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, camera_c
     return value, sheet.reshape(-1, 3, 3)
 
 
-TEMPLATE_GRID = (13, 11)  # template positions along x and y
-TEMPLATE_DEPTHS = (0.1, 0.4, 0.8)  # over the library's largest depth
-PAIR_DEPTH = 1  # index in TEMPLATE_DEPTHS of the templates of two presses at once
-_MAX_TEMPLATE_SHIFT = 1e-4  # m; templates are recomputed when a camera centre or an untouched marker changes by more
 
 
 class SheetStart:
@@ -169,9 +128,9 @@ class SheetStart:
 
     def __init__(self, library: SheetLibrary, shift: float, growth: float):
         self._library, self._sigma = library, np.array([shift, shift, growth])
-        x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(TEMPLATE_GRID, library.plan.reach))
+        x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(SHEET.template_grid, library.plan.reach))
         positions = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
-        self._presses = [Press(position, depth * library.plan.depth) for position in positions for depth in TEMPLATE_DEPTHS]
+        self._presses = [Press(position, depth * library.plan.depth) for position in positions for depth in SHEET.template_depths]
         self._seen = np.zeros((0, 5))
 
     def best(self, field: MarkerField) -> tuple[Press, float]:
@@ -189,8 +148,8 @@ class SheetStart:
         return Press(start.position, depth), best / np.sqrt(max(residual, 1.0))
 
     def best_pair(self, field: MarkerField) -> list[Press]:
-        """Find the two templates of PAIR_DEPTH whose scaled fields best add up to the field, as if all markers were visible."""
-        fields = self._fields[PAIR_DEPTH::len(TEMPLATE_DEPTHS)]
+        """Find the two templates of the second depth whose scaled fields best add up to the field, as if all markers were visible."""
+        fields = self._fields[1::len(SHEET.template_depths)]
         match = fields @ self._values(field)[0]
         if self._gram is None:
             gram = (fields @ fields.T).astype(float)
@@ -201,7 +160,7 @@ class SheetStart:
         share = (match[:, None] * own - gram * match) / determinant  # of the first of each pair
         reported = np.where((share > 0) & (share.T > 0), share * match[:, None] + share.T * match, 0.0)
         first, second = np.unravel_index(np.argmax(reported), reported.shape)
-        presses = self._presses[PAIR_DEPTH::len(TEMPLATE_DEPTHS)]
+        presses = self._presses[1::len(SHEET.template_depths)]
         return [replace(presses[k], depth=float(np.clip(presses[k].depth * share[k, other], 1e-5, self._library.plan.depth)))
                 for k, other in ((first, second), (second, first))]
 
@@ -220,7 +179,7 @@ class SheetStart:
         seen = np.column_stack([field.rest, field.camera_centre])
         if len(seen) == len(self._seen):
             seen = np.where(np.isfinite(seen), seen, self._seen)
-            if ((np.abs(seen - self._seen) <= _MAX_TEMPLATE_SHIFT) | np.isnan(seen)).all():
+            if ((np.abs(seen - self._seen) <= SHEET.max_template_shift) | np.isnan(seen)).all():
                 return
         self._seen, shown = seen, np.isfinite(seen).all(1)
         fields = np.zeros((len(self._presses), len(field), 3))
@@ -317,22 +276,22 @@ class SheetModelMethod:
         """
         motion = self._motion(field)
         begins, self._is_in_contact = not self._is_in_contact, False
-        if field.seen.sum() < MIN_MARKERS:
+        if field.seen.sum() < PRESS.min_markers:
             self._choice = Choice()
             return []
         field = self._calibration.camera_centres.shifted(field)
         best, score = self._start.best(field)
-        if score < CONSTANTS.stands_out and not self._choice.dragged:  # a drag continues although the field matches no straight press
+        if score < SHEET.stands_out and not self._choice.dragged:  # a drag continues although the field matches no straight press
             self._choice = Choice()
             return []
         self._is_in_contact = True
         found = self._explained(field, [best], motion)
-        if begins and motion is not None and found.misfit > CONSTANTS.strange:
+        if begins and motion is not None and found.misfit > SHEET.strange:
             return []
         touches = [self._touch(found, k) for k in range(len(found.presses)) if found.is_sure(k)]
         touches = [touch for touch in touches if self._is_seen(touch, field)]
-        if score < CONSTANTS.stands_out:  # the residual field of a contact that has ended may be fitted by a very shallow press
-            touches = [touch for touch in touches if touch.depth > CONSTANTS.sure * touch.depth_sigma]
+        if score < SHEET.stands_out:  # the residual field of a contact that has ended may be fitted by a very shallow press
+            touches = [touch for touch in touches if touch.depth > SHEET.sure * touch.depth_sigma]
             if not touches:
                 self._choice = Choice()
         if len(found.presses) == len(touches) == 1:
@@ -353,14 +312,14 @@ class SheetModelMethod:
             return self._inverse.solve(seen, straight.presses, drags=True)  # each moves the sheet under the other
 
         def one(start: list[Press], dragged: bool) -> Inverse:
-            return self._inverse.solve(seen, start, dragged, dragged and self._choice.radius or (0.0, CONSTANTS.tip))
+            return self._inverse.solve(seen, start, dragged, dragged and self._choice.radius or (0.0, SHEET.tip))
 
-        return self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
+        return self._choice.explain(Evidence(seen.value.size, SHEET.ordinary), one, start, two)
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
         """Whether markers around a contact are visible: if it starts between two exposures, one camera may show none."""
         distance = np.abs(field.rest[field.seen] - touch.position[:2]) / self._margin
-        return bool(distance.max(axis=1).min() < CONSTANTS.unseen)
+        return bool(distance.max(axis=1).min() < SHEET.unseen)
 
     def _motion(self, field: MarkerField) -> np.ndarray | None:
         """Change (K, 3) of shift and growth since the last frame of markers that a second camera observes, else 0; None with one camera."""
@@ -376,18 +335,18 @@ class SheetModelMethod:
         (x, y, depth), covariance = found.tip(k)
         position, radius = np.array([x, y, -depth]), float(scale * np.exp(press.log_radius))
         if len(found.presses) == 1:  # change of x, y and depth for an error of the radius by the model
-            shift = CONSTANTS.radius[any(press.drag)] * found.covariance[:3, 3] / found.covariance[3, 3]
+            shift = SHEET.radius[any(press.drag)] * found.covariance[:3, 3] / found.covariance[3, 3]
             covariance = covariance + np.outer(shift, shift)
         else:
             position, depth = self._centre(found, k, radius)
-            lacks = np.array(CONSTANTS.apart)[[0, 0, 1]] * scale
+            lacks = np.array(SHEET.apart)[[0, 0, 1]] * scale
             covariance = covariance + np.diag(lacks**2 * max(found.misfit - 1.0, 0.0))
-        aside, deeper = np.maximum(np.hypot(*press.drag) * np.array(CONSTANTS.dragged), CONSTANTS.floor) * scale
+        aside, deeper = np.maximum(np.hypot(*press.drag) * np.array(SHEET.dragged), SHEET.floor) * scale
         aside = np.hypot(aside, calibration.place_error)
         extra = np.array([aside, aside, np.hypot(deeper, calibration.depth_share * depth)])
         turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
         covariance = turned @ (covariance + np.diag(extra**2)) @ turned
-        flags = self._flags(np.append(position[:2], depth)) | AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
+        flags = self._flags(np.append(position[:2], depth)) | AMBIGUOUS * (found.misfit > SHEET.unexplained)
         return TouchEstimate(position, float(depth), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
 
     def _centre(self, found: Inverse, k: int, radius: float) -> tuple[np.ndarray, float]:
@@ -408,8 +367,8 @@ class SheetModelMethod:
     def _flags(self, tip: np.ndarray) -> int:
         low, high = self._calibration.place_range
         outside = (tip[:2] < low - self._margin).any() or (tip[:2] > high + self._margin).any()
-        flags = OUT_OF_RANGE if outside or tip[2] > MAX_RELATIVE_DEPTH * self._calibration.deepest else 0
-        return flags | (AT_EDGE if (np.abs(tip[:2]) >= MAX_RELATIVE_REACH * self._calibration.library.plan.reach).any() else 0)
+        flags = OUT_OF_RANGE if outside or tip[2] > PRESS.max_relative_depth * self._calibration.deepest else 0
+        return flags | (AT_EDGE if (np.abs(tip[:2]) >= SHEET.max_relative_reach * self._calibration.library.plan.reach).any() else 0)
 
 
 def _wrench_of(found: Inverse, position: np.ndarray) -> np.ndarray:

@@ -5,9 +5,11 @@ import pytest
 from dome_library import EYES, MESH, POINTS, library_field, press, small_library
 from dome_scenes import DOME, SIX_POSITIONS, dome_presses
 
+from tactile_driver.constants import changed
 from tactile_perception.common.marker_sensor import MARKER_SENSORS, dome_cap
 from tactile_perception.core.errors import BadCalibration
-from tactile_perception.press.dome import calibration, mechanics
+from tactile_perception.press import constants
+from tactile_perception.press.dome import calibration
 from tactile_perception.press.dome.calibration import calibrate_dome, identify_dome, load_steps
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, OnMesh, appear_at, outlines, press_dome, shift_of
 from tactile_perception.press.dome.model import DomeCalibration, FieldNoise
@@ -60,8 +62,7 @@ GIVEN = dict(points=POINTS, camera_centres=np.nan_to_num(EYES), cap=CAP, plane_z
 @pytest.mark.full  # simulates presses
 def test_tension_gas_and_friction_are_identified_from_simulated_presses(monkeypatch):
     """The pressure is constant, although the prior favours sealed gas."""
-    for name, value in {'GAS_STARTS': (70.0, 0.01), 'MeshPlan': lambda: MESH}.items():
-        monkeypatch.setattr(calibration, name, value)  # coarse and few
+    monkeypatch.setattr(calibration, 'MeshPlan', lambda: MESH)  # coarse
     presses, true = dome_presses([(0.0, 0.0), (0.05, 0.0)], (0.012, 0.025), still=0), DomeMaterial(0.4, 0.0, 0.4)
     known = np.isfinite(POINTS).all(1)
     rest, eyes = outlines(POINTS[known], MARKER, CAP), EYES[known]
@@ -71,13 +72,12 @@ def test_tension_gas_and_friction_are_identified_from_simulated_presses(monkeypa
         for field, shown in zip(straight, position.fields):
             moved = OnMesh(mesh, rest.reshape(-1, 3)).displaced(field).reshape(rest.shape)
             shown.shift[known] = (appear_at(rest + moved, eyes) - appear_at(rest, eyes)) * (DOME.plane_z - eyes[:, 2:])
-    material, radius = identify_dome(presses, **GIVEN)
+    with changed(constants.DOME, gas_starts=(70.0, 0.01)):
+        material, radius = identify_dome(presses, **GIVEN)
     assert material.gas < 3.0 and 1 - material.squeeze == pytest.approx(0.6, rel=0.2)
     assert material.friction == pytest.approx(0.4, rel=0.2) and radius == pytest.approx(TIP, rel=0.03)
 
 
-def test_presses_that_cannot_be_simulated_are_refused(monkeypatch):
-    monkeypatch.setattr(mechanics, 'MAX_NEWTON_STEPS', 1)
-    monkeypatch.setattr(calibration, 'LOAD_STEPS', 1)
-    with pytest.raises(BadCalibration, match='do not converge'):
+def test_presses_that_cannot_be_simulated_are_refused():
+    with changed(constants.DOME, max_newton_steps=1, load_steps=1), pytest.raises(BadCalibration, match='do not converge'):
         identify_dome(dome_presses([(0.0, 0.0)], (0.012,), still=0), **GIVEN)

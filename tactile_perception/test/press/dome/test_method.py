@@ -9,12 +9,14 @@ import pytest
 from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, evaluate, inverse, library_field, press, small_library
 from dome_scenes import DOME, EYE, markers, seen
 
+from tactile_driver.constants import changed
 from tactile_perception.common.marker_sensor import first_touch_height
 from tactile_perception.core.errors import BadArgument, BadCalibration
+from tactile_perception.press import constants
 from tactile_perception.press.calibration import restored, stored
-from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen
+from tactile_perception.press.dome.library import AsSeen
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, outlines, press_dome, shift_of
-from tactile_perception.press.dome.model import DEPTH, STRAIGHT, UNKNOWN_FRICTION, DomeCalibration, DomeModelMethod, FieldNoise
+from tactile_perception.press.dome.model import DEPTH, DomeCalibration, DomeModelMethod, FieldNoise
 from tactile_perception.press.estimate import OUT_OF_RANGE
 
 pytestmark = pytest.mark.full  # simulates a small library
@@ -28,7 +30,7 @@ def calibration():
 
 def touch_height(one):
     """Height, m, of the tip of a press at first contact."""
-    return first_touch_height(one[:2], PLAN.radius * np.exp(RADIUS_SPREAD * one[3]), DOME)[0]
+    return first_touch_height(one[:2], PLAN.radius * np.exp(constants.DOME.radius_spread * one[3]), DOME)[0]
 
 
 @pytest.fixture
@@ -130,9 +132,9 @@ def test_inconsistent_input_is_refused(method, calibration):
 
 def test_the_covariance_of_a_straight_press_covers_any_friction():
     squares = []
-    for seed, number in enumerate(-np.abs(np.random.default_rng(3).normal(0, UNKNOWN_FRICTION, 30))):
+    for seed, number in enumerate(-np.abs(np.random.default_rng(3).normal(0, constants.DOME.unknown_friction, 30))):
         true = press(0.022, -0.031, 0.021, 0.3, number)
-        found = inverse().solve(library_field(true, seed=seed), true[None], STRAIGHT)
+        found = inverse().solve(library_field(true, seed=seed), true[None])
         squares.append((found.presses[0, DEPTH] - true[DEPTH])**2 / found.covariance[DEPTH, DEPTH])
     assert 0.3 < np.mean(squares) < 2.0
 
@@ -147,8 +149,9 @@ def moved(*numbers):
 
 def test_presses_between_the_simulated_ones_are_interpolated():
     step, across, turn, radius = PLAN.load_steps[7], 0.037, 0.6, 0.3
-    mesh = DomeMesh(shift_of(across, PLAN.radius * np.exp(RADIUS_SPREAD * radius), PLAN.cap), PLAN.cap, MESH)
-    direct = press_dome(mesh, PLAN.load_steps[:8], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=0).straight[-1]
+    tip = PLAN.radius * np.exp(constants.DOME.radius_spread * radius)
+    mesh = DomeMesh(shift_of(across, tip, PLAN.cap), PLAN.cap, MESH)
+    direct = press_dome(mesh, PLAN.load_steps[:8], tip, MATERIAL, drags=0).straight[-1]
     turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
     shown = AsSeen(mesh, PLAN.marker, PLAN.camera_centre).fields(*(direct[None] for _ in range(3)))[0][0]
     expected = evaluate(shown, mesh, POINTS[KNOWN] @ turned.T) @ turned
@@ -196,8 +199,7 @@ def test_apparent_fields_move_markers_as_their_outlines_do():
         assert off < 2e-5 and off < 0.2 * of_centres
 
 
-def test_a_dome_that_cannot_be_simulated_is_refused(monkeypatch):
-    from tactile_perception.press.dome import library, mechanics
-    monkeypatch.setattr(mechanics, 'MAX_NEWTON_STEPS', 1)
-    with pytest.raises(BadCalibration, match='do not converge'):
+def test_a_dome_that_cannot_be_simulated_is_refused():
+    from tactile_perception.press.dome import library
+    with changed(constants.DOME, max_newton_steps=1), pytest.raises(BadCalibration, match='do not converge'):
         library.build_library(type(PLAN)(**vars(PLAN) | {'order': 1, 'levels': 2}), DomeMaterial(), MESH)
