@@ -219,7 +219,8 @@ class DriverNode(LifecycleNode):
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
         self._supervision = steady_timer(self, _SUPERVISION_S, self._supervise)
         self._over_s: float | None = None  # monotonic s since which the recording is over
-        steady_timer(self, _SUPERVISION_S, self._follow_recording)
+        self._end = steady_timer(self, _SUPERVISION_S, self._follow_recording)  # of recordings only: each call wakes the executor
+        self._end.cancel()
         guard_services(self)
 
     def open_source(self, values: dict) -> Source:
@@ -319,6 +320,8 @@ class DriverNode(LifecycleNode):
                 raise BadArgument('; '.join(self._settings.problems.values()) + '; correct it with ros2 param set, or start again')
             values = self._settings.values()
             self._stream = Stream(self, self.open_source(values), values)
+            if not self._stream.source.live:
+                self._end.reset()
         except DeviceLost as error:
             self._refuse(str(error), time.monotonic() + RETRY_S)
             return TransitionCallbackReturn.FAILURE
@@ -409,7 +412,10 @@ class DriverNode(LifecycleNode):
 
     def _follow_recording(self) -> None:
         """Say on /diagnostics that the recording is over; end the process after it unless parameter stay is set."""
-        if self._stream is None or not self._stream.over:
+        if self._stream is None:
+            self._over_s = None
+            self._end.cancel()
+        elif not self._stream.over:
             self._over_s = None
         elif self._over_s is None:
             self._over_s = time.monotonic()

@@ -96,10 +96,13 @@ class ContactRegionEstimate:
 NONE, INCIPIENT, GROSS = 0, 1, 2
 
 
+_PLANAR = np.ix_((0, 1, 5), (0, 1, 5))  # x, y and the rotation about z among translation and rotation vector
+
+
 def planar_covariance(covariance: np.ndarray) -> np.ndarray:
     """Covariance (6, 6) of a motion in the x-y plane from that of x, y and the rotation about z (3, 3): the others are 0 by definition."""
     whole = np.zeros((6, 6))
-    whole[np.ix_((0, 1, 5), (0, 1, 5))] = covariance
+    whole[_PLANAR] = covariance
     return whole
 
 

@@ -190,9 +190,10 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
 POINTS = {'points': PointCloud2}
 _VECTORS = 'xyz', 'normal', 'displacement', 'force'  # of a point, in the order of their fields
 _FLOATS = (*(f'{name}{axis}' for name in ('', 'normal_', 'displacement_', 'force_') for axis in 'xyz'), 'normal_force')
-_STEP = 4 * len(_FLOATS) + 4  # bytes of a point: its floats and the state, filled up to a multiple of four
 _FIELDS = [*(PointField(name=name, offset=4 * k, datatype=PointField.FLOAT32, count=1) for k, name in enumerate(_FLOATS)),
            PointField(name='state', offset=4 * len(_FLOATS), datatype=PointField.UINT8, count=1)]
+_VECTOR = np.dtype('V12')  # three floats, which NumPy copies as one
+_POINT = np.dtype([*((name, _VECTOR) for name in _VECTORS), ('normal_force', '<f4'), ('state', 'u1'), ('filled', 'V3')])
 
 
 def points_to_message(points: SurfacePoints, header) -> PointCloud2:
@@ -211,13 +212,12 @@ def points_to_message(points: SurfacePoints, header) -> PointCloud2:
         As many rows and columns as the grid.
     """
     rows, columns = points.shape
-    packed = np.zeros((rows * columns, _STEP // 4), '<f4')
-    for k, name in enumerate(_VECTORS):
-        packed[:, 3 * k:3 * k + 3] = getattr(points, name)
-    packed[:, 3 * len(_VECTORS)] = points.normal_force
-    packed.view(np.uint8)[:, 4 * len(_FLOATS)] = points.state
-    message = PointCloud2(header=header, height=rows, width=columns, fields=_FIELDS.copy(), is_bigendian=False, point_step=_STEP,
-                          row_step=_STEP * columns, is_dense=bool(np.isfinite(points.xyz).all()), check_fields=True)
+    packed = np.zeros(rows * columns, _POINT)
+    for name in _VECTORS:
+        packed[name] = np.ascontiguousarray(getattr(points, name), '<f4').view(_VECTOR)[:, 0]
+    packed['normal_force'], packed['state'] = points.normal_force, points.state
+    message = PointCloud2(header=header, height=rows, width=columns, fields=_FIELDS.copy(), is_bigendian=False, point_step=_POINT.itemsize,
+                          row_step=_POINT.itemsize * columns, is_dense=bool(np.isfinite(points.xyz).all()))
     message.data = bytes_of(packed)
     return message
 

@@ -52,9 +52,9 @@ class SurfacePoints:
         count = self.shape[0] * self.shape[1]
         for name, shape in (*((name, (count, 3)) for name in ('xyz', 'normal', 'displacement', 'force')),
                             *((name, (count,)) for name in ('normal_force', 'state'))):
-            if np.shape(getattr(self, name)) != shape:
+            if getattr(self, name).shape != shape:
                 raise BadArgument(f'surface points: {name} must be {shape} for {self.shape[0]} x {self.shape[1]} points, got '
-                                  f'{np.shape(getattr(self, name))}')
+                                  f'{getattr(self, name).shape}')
 
 
 def dot_points(shape: tuple[int, int], xyz: np.ndarray, rest: np.ndarray, state: np.ndarray, force: np.ndarray | None) -> SurfacePoints:

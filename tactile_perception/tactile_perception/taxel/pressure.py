@@ -103,6 +103,12 @@ class TaxelArray:
         """Coordinates (rows,) of the rows in m."""
         return (np.arange(self.rows) - 0.5 * (self.rows - 1)) * self.pitch
 
+    @cached_property
+    def xyz(self) -> np.ndarray:
+        """Positions (rows * columns, 3) of the taxels on the untouched surface in m."""
+        x, y = np.meshgrid(self.x, self.y)
+        return np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+
     def frame(self, values: np.ndarray) -> np.ndarray:
         """Convert values of any real type to float32.
 

@@ -16,6 +16,8 @@ from ..common.estimates import NONE, SlipEstimate
 from ..common.surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
 from .pressure import SoftPad, TaxelArray
 
+_OUTWARDS = np.array([0.0, 0.0, 1.0])  # normal of the untouched surface
+
 
 @dataclass(frozen=True)
 class GraspedObject:
@@ -71,12 +73,10 @@ def taxel_points(array: TaxelArray, pad: SoftPad, surface: np.ndarray, known: bo
     surface: (rows, columns) pressure, in Pa if known; forces: (rows, columns) N (taxel_forces); state: (rows, columns) (taxel_states).
     Tangential forces and displacements are NaN: the array measures pressure only.
     """
-    xyz = np.zeros((array.rows, array.columns, 3))
-    xyz[..., 0], xyz[..., 1] = array.x, array.y[:, None]
     depth = surface * (pad.thickness / pad.stiffness) if known else np.full(array.shape, np.nan)
     displacement, force = (np.full((array.rows * array.columns, 3), np.nan) for _ in range(2))
     displacement[:, 2], force[:, 2] = -depth.ravel(), -forces.ravel()
-    return SurfacePoints(array.shape, xyz.reshape(-1, 3), np.tile([0.0, 0.0, 1.0], (len(force), 1)), displacement, force, forces.ravel(),
+    return SurfacePoints(array.shape, array.xyz, np.broadcast_to(_OUTWARDS, force.shape), displacement, force, forces.ravel(),
                          state.ravel())
 
 
