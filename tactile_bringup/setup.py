@@ -51,6 +51,7 @@ setup(
             'papers = tactile_bringup.papers.command:main',
             'demo = tactile_bringup.demo:main',
             'gripper_node = tactile_bringup.grasp.gripper_node:main',
+            'gripper_follower = tactile_bringup.grasp.follower_node:main',
             'grip_controller = tactile_bringup.grasp.grip_controller_node:main',
             'grasp_poses = tactile_bringup.grasp.pose_experiment:main',
             'grasp_postures = tactile_bringup.grasp.postures:main',

@@ -202,6 +202,8 @@ NOT_RUN = {
     r'.*--scheduler': 'needs a cluster; tactile_perception/test/tools/test_many.py has a local one',
     r'python3 -m pip install (rerun-sdk|distributed)': 'installs an optional extra from the network',
     r'python3 test/benchmark/network.py': 'makes network namespaces, as root, for minutes; test/launch/test_network.py tests these',
+    r'.*grasp.launch.py ros2_control:=true': 'needs mujoco_ros2_control, which comes with ROS 2 from apt; test/launch/test_grasp.py has a '
+                                             'simulator with the same topics',
     r'make grasp': 'installs an optional extra from the network; test/launch/test_grasp.py runs the launch file that it starts',
     r'make sanitize': 'compiles the kernels again, with checks: minutes; the continuous integration runs it',
     r'python3 -m pytest test/launch/test_rviz.py': 'is itself a test, which the continuous integration runs where RViz is found',

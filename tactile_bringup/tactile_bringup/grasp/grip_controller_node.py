@@ -1,16 +1,16 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """grip_controller: holds an object by the slip, the contacts and the wrench that tactile sensors report; lifecycle node, with any gripper
-that has the action control_msgs/GripperCommand."""
+that has the action GripperCommand or ParallelGripperCommand of control_msgs."""
 from __future__ import annotations
 
 import math
 
-from control_msgs.action import GripperCommand
 from geometry_msgs.msg import WrenchStamped
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
+from rosidl_runtime_py.utilities import get_action
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
@@ -29,6 +29,8 @@ from .controller import GripController, GripLimits, Phase, Reading, slip_probabi
 
 _CHANGE = 0.01  # relative change of the force that is worth a new goal
 _PERIOD_S = 0.02  # between two looks at the age of the sensor's last message
+_ACTIONS = ('control_msgs/action/GripperCommand', 'control_msgs/action/ParallelGripperCommand')
+_NO_GRIPPER = f'no gripper serves the action gripper_cmd, of a type {" or ".join(_ACTIONS)}; start its controller, or remap the action'
 
 
 class GripControllerNode(LifecycleNode):
@@ -47,7 +49,7 @@ class GripControllerNode(LifecycleNode):
         self._control = GripController(self._limits(self._settings.values()))
         self._contact_force, self._sent, self._wrench = math.nan, math.nan, None
         self._is_active, self._grasps_itself, self._inputs = False, self._settings['grasp'], []
-        self._gripper = ActionClient(self, GripperCommand, 'gripper_cmd')
+        self._gripper: ActionClient | None = None
         self._output, self._friction, self._friction_error = (
             self.create_publisher(Float64, f'~/{name}', STREAM_QOS) for name in ('force', 'friction', 'friction_error'))
         self._own_services = [self.create_service(Trigger, f'~/{name}', serve)
@@ -90,7 +92,7 @@ class GripControllerNode(LifecycleNode):
         self._contact_force = sum(contact.force for contact in message.contacts)
 
     def _take_slip(self, message: Slip) -> None:
-        if self._grasps_itself and self._gripper.server_is_ready():
+        if self._grasps_itself and self._has_gripper:
             self._control.close()
             self._grasps_itself = False
         reading = Reading(1e-9 * stamp_ns_of(message.header), self._contact_force, slip_probability(message.state, message.confidence))
@@ -114,40 +116,58 @@ class GripControllerNode(LifecycleNode):
         self._send(self._control.take(reading, sensor))
 
     def _wait(self) -> None:
+        if self._gripper is None:
+            self._find_gripper()
         self._control.wait(1e-9 * self.get_clock().now().nanoseconds)
+
+    def _find_gripper(self) -> None:
+        """Make the client of the type that the gripper's controller serves."""
+        name = self.resolve_topic_name('gripper_cmd')  # a client does not apply remappings itself
+        served = dict(get_action_names_and_types(self)).get(name, ())
+        self._kind = next((kind for kind in _ACTIONS if kind in served), '')
+        if self._kind:
+            self._gripper = ActionClient(self, get_action(self._kind), name)
+
+    @property
+    def _has_gripper(self) -> bool:
+        return self._gripper is not None and self._gripper.server_is_ready()
+
+    def _command(self, position: float, force: float) -> None:
+        """Send the gripper a goal: a position, and the largest force, N."""
+        goal = get_action(self._kind).Goal()
+        if self._kind == _ACTIONS[0]:
+            goal.command.position, goal.command.max_effort = position, force
+        else:
+            goal.command.position, goal.command.effort = [position], [force]
+        self._gripper.send_goal_async(goal)
 
     def _send(self, force: float) -> None:
         """Command the gripper to close with a force, N; a change that is too small to matter is not sent."""
         if self._control.phase is Phase.OPEN:
             return
         self._output.publish(Float64(data=force))
-        if not abs(force - self._sent) <= _CHANGE * force and self._gripper.server_is_ready():
-            goal = GripperCommand.Goal()
-            goal.command.position, goal.command.max_effort = 0.0, force
-            self._gripper.send_goal_async(goal)
+        if not abs(force - self._sent) <= _CHANGE * force and self._has_gripper:
+            self._command(self._settings['closed_position'], force)
             self._sent = force
 
     def _grasp(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = self._is_active and self._gripper.server_is_ready()
+        response.success = self._is_active and self._has_gripper
         if response.success:
             self._control.close()
             self._send(self._control.force)
             response.message = 'closing until the sensor touches'
         else:
-            response.message = 'activate the controller first' if not self._is_active else \
-                'no gripper serves the action gripper_cmd; start its controller, or remap the action'
+            response.message = _NO_GRIPPER if self._is_active else 'activate the controller first'
         return response
 
     def _release(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._control.open()
         self._grasps_itself = False
         self._sent = math.nan
-        goal = GripperCommand.Goal()
-        goal.command.position, goal.command.max_effort = self._settings['open_gap'], self._control.limits.approach_force
-        response.success = self._gripper.server_is_ready()
+        response.success = self._has_gripper
         if response.success:
-            self._gripper.send_goal_async(goal)
-        response.message = 'opening' if response.success else 'no gripper serves the action gripper_cmd'
+            self._command(self._settings['open_position'], self._control.limits.approach_force)
+        response.message = 'opening' if response.success else _NO_GRIPPER
         return response
 
     def _examine(self) -> Health:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +38,7 @@ from tactile_driver.sources.source import NS
 
 from ..parameters.table import GRIPPER_PARAMETERS
 from .force_pad import ForcePad
-from .objects import READY, SETTLED_S, HeldObject, object_named
+from .objects import READY, SETTLED_S, Disturbance, HeldObject, object_named
 from .skin import TouchpadFinger
 from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
 
@@ -53,16 +53,16 @@ class SimulatedGripper(PortEmulator):
     """Steps the world at a pace, or slower where the machine is, and sends the numbers of the left finger's sensor.
 
     pace: simulated s in a s of real time; force: N, of each finger, negative opens; set by another thread. tick: called with the
-    simulated time, ns, of each frame before it is sent: the time of the start, and what the engine has simulated since.
+    simulated time, ns, of each frame before it is sent: start_ns, and what the engine has simulated since.
     """
 
     runs_on = False
 
     def __init__(self, link: Path, world: GraspWorld, seed: int, pace: float = 1.0,
-                 tick: Callable[[int], None] = lambda _now_ns: None):
+                 tick: Callable[[int], None] = lambda _now_ns: None, start_ns: int = 0):
         super().__init__(link, 1 / FRAME_S)
         self.pace = pace
-        self.world, self.force, self._tick, self._start_ns = world, -1.0, tick, time.time_ns()
+        self.world, self.force, self._tick, self._start_ns = world, -1.0, tick, start_ns
         self.truth: GraspTruth | None = None
         self._sensor = ForcePad(seed) if world.has_domes else Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
         if world.has_domes:
@@ -121,27 +121,24 @@ class TouchpadCamera:
             self._image.publish(image_to_message(Frame(image, stamp_ns, 'bgr8'), '', header))
 
 
-class GripperNode(Node):
-    """Serves the action `gripper_cmd` (control_msgs/GripperCommand) and the service `~/lift`, and publishes /joint_states and /clock.
+class GripperSensors(Node):
+    """The node of a simulated gripper: its array sends to the port, its touchpad's camera publishes, `~/lift` lifts; with /diagnostics.
 
-    A goal presses with max_effort, N, until the gap between the pads is `position`, m; it is reached, or stalled at the object. A new goal
-    replaces the present one. Raises BadArgument for a wrong parameter, an unknown object, or without MuJoCo.
+    A subclass has the world from _make_world. Raises BadArgument for a wrong parameter, an unknown object, or without MuJoCo.
     """
+
+    _starts_now = True  # whether stamps begin at the real time of the start; else they are the world's
 
     def __init__(self, host: Host | None = None):
         super().__init__('gripper_node', **(host or Host()).options)
-        settings = NodeParameters(self, GRIPPER_PARAMETERS)
+        settings = self._settings = NodeParameters(self, GRIPPER_PARAMETERS)
         if settings.problems:
             raise BadArgument('gripper_node: ' + '; '.join(settings.problems.values()))
         held, disturbances = object_named(settings['object'])
-        self._clock_output = self.create_publisher(Clock, '/clock', STREAM_QOS)
-        self._gripper = SimulatedGripper(Path(settings['port']), GraspWorld(held, disturbances, settings['pad']), settings['seed'],
-                                         settings['speed'], self._tick)
-        self._goal: ServerGoalHandle | None = None
-        self._position, self._is_still = 0.0, False
+        self._gripper = SimulatedGripper(Path(settings['port']), self._make_world(held, disturbances), settings['seed'],
+                                         settings['speed'], self._tick, time.time_ns() if self._starts_now else 0)
         self._lifts, self._held_s = settings['lift'], np.inf
-        self._joints = self.create_publisher(JointState, '/joint_states', STREAM_QOS)
-        self._server = ActionServer(self, GripperCommand, 'gripper_cmd', self._finish, handle_accepted_callback=self._accept)
+        self._start_serving()
         self._service = self.create_service(Trigger, '~/lift', self._lift)
         self._diagnostics = NodeDiagnostics(self, 'gripper', settings['object'], self._examine)
         guard_services(self)
@@ -149,8 +146,71 @@ class GripperNode(Node):
         self._thread = threading.Thread(target=self._gripper.run, args=(self._stopped.is_set,), name='engine', daemon=True)
         self._thread.start()
         self._touchpad = TouchpadCamera(self, held, self._gripper, settings['touchpad_rate'], settings['seed'])
+
+    def _make_world(self, held: HeldObject, disturbances: Sequence[Disturbance]) -> GraspWorld:
+        raise NotImplementedError
+
+    def _start_serving(self) -> None:
+        """Publishers and servers of the subclass, before the engine starts."""
+
+    def _tick(self, now_ns: int) -> None:
+        """Called with the simulated time, ns, of each frame before it is sent."""
+
+    def _start_lift(self) -> None:
+        self._gripper.world.lift()
+
+    def _lift_when_held(self) -> None:
+        """Lift by itself, where that is wanted."""
+        truth, world = self._gripper.truth, self._gripper.world
+        if not self._lifts or truth is None or world.lifted_s >= 0 or not truth.is_held:
+            return
+        self._held_s = min(self._held_s, truth.time_s)
+        if truth.time_s - self._held_s > SETTLED_S:
+            self._start_lift()
+
+    def _lift(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._start_lift()
+        response.success, response.message = True, 'the wrist rises'
+        return response
+
+    def _examine(self) -> Health:
+        truth, speed = self._gripper.truth, self._gripper.speed()
+        values = {**common_values('running', speed / FRAME_S), 'speed (of real time)': speed}
+        if truth is not None:
+            moved = float(np.linalg.norm(truth.displacement))
+            values |= {'grip force (N)': truth.grip_force, 'least force (N)': truth.least_force, 'displacement (mm)': 1e3 * moved,
+                       'held': truth.is_held}
+        if speed < _SLOW * self._gripper.pace:
+            return Health(WARN, f'the engine runs at {100 * speed:.0f} % of real time, and all stamps with it; end other programs', values)
+        return Health(OK, f'the engine runs at {100 * speed:.0f} % of real time', values)
+
+    def destroy_node(self) -> None:
+        """Stop the engine first."""
+        time.sleep(_DRIVER_ENDS_S)
+        self._stopped.set()
+        self._touchpad.stop()
+        self._thread.join()
+        super().destroy_node()
+
+
+class GripperNode(GripperSensors):
+    """Serves the action `gripper_cmd` (control_msgs/GripperCommand) and the service `~/lift`, and publishes /joint_states and /clock.
+
+    A goal presses with max_effort, N, until the gap between the pads is `position`, m; it is reached, or stalled at the object. A new goal
+    replaces the present one.
+    """
+
+    def _make_world(self, held: HeldObject, disturbances: Sequence[Disturbance]) -> GraspWorld:
+        return GraspWorld(held, disturbances, self._settings['pad'])
+
+    def _start_serving(self) -> None:
+        self._clock_output = self.create_publisher(Clock, '/clock', STREAM_QOS)
+        self._goal: ServerGoalHandle | None = None
+        self._position, self._is_still = 0.0, False
+        self._joints = self.create_publisher(JointState, '/joint_states', STREAM_QOS)
+        self._server = ActionServer(self, GripperCommand, 'gripper_cmd', self._finish, handle_accepted_callback=self._accept)
         steady_timer(self, 1 / _JOINT_RATE, self._publish)
-        self.get_logger().info(f'{READY} {settings["port"]}')
+        self.get_logger().info(f'{READY} {self._settings["port"]}')
 
     def _tick(self, now_ns: int) -> None:
         self._clock_output.publish(Clock(clock=Time(nanoseconds=now_ns).to_msg()))
@@ -189,39 +249,6 @@ class GripperNode(Node):
         self._lift_when_held()
         if self._goal is not None and self._goal.is_active and self._is_still and self._gripper.world.time_s > 2 * FRAME_S:
             self._goal.execute()
-
-    def _lift_when_held(self) -> None:
-        """Lift by itself, where that is wanted."""
-        truth, world = self._gripper.truth, self._gripper.world
-        if not self._lifts or truth is None or world.lifted_s >= 0 or not truth.is_held:
-            return
-        self._held_s = min(self._held_s, truth.time_s)
-        if truth.time_s - self._held_s > SETTLED_S:
-            world.lift()
-
-    def _lift(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._gripper.world.lift()
-        response.success, response.message = True, 'the wrist rises'
-        return response
-
-    def _examine(self) -> Health:
-        truth, speed = self._gripper.truth, self._gripper.speed()
-        values = {**common_values('running', speed / FRAME_S), 'speed (of real time)': speed}
-        if truth is not None:
-            moved = float(np.linalg.norm(truth.displacement))
-            values |= {'grip force (N)': truth.grip_force, 'least force (N)': truth.least_force, 'displacement (mm)': 1e3 * moved,
-                       'held': truth.is_held}
-        if speed < _SLOW * self._gripper.pace:
-            return Health(WARN, f'the engine runs at {100 * speed:.0f} % of real time, and all stamps with it; end other programs', values)
-        return Health(OK, f'the engine runs at {100 * speed:.0f} % of real time', values)
-
-    def destroy_node(self) -> None:
-        """Stop the engine first."""
-        time.sleep(_DRIVER_ENDS_S)
-        self._stopped.set()
-        self._touchpad.stop()
-        self._thread.join()
-        super().destroy_node()
 
 
 main = process_of(GripperNode)

@@ -141,13 +141,8 @@ class GraspWorld:
         if mujoco is None:
             raise BadArgument('the simulated gripper needs MuJoCo, an optional extra: pip install mujoco')
         self.held, self._disturbances = held, tuple(disturbances)
-        self._start = max(held.half_height, _LOWEST)
-        self.has_domes, (vertices, faces) = pad == DOMED_PAD, _grid()
-        self._model = mujoco.MjModel.from_xml_string(_MODEL.format(
-            step=STEP_S, gravity=GRAVITY, vertices=vertices, faces=faces, half=_HALF_PAD, depth=_PAD_DEPTH, finger=_FINGER_MASS,
-            friction=held.friction, softness=held.softness, start=self._start, apart=closing_width(held), damping=_DAMPING,
-            height=held.half_height, shape=held.shape, size=' '.join(map(str, held.size)), mass=held.mass, dome=_DOME_RADIUS,
-            left=_domes() if self.has_domes else '<geom name="left_pad" class="pad"/>'))
+        self._start, self.has_domes = start_height(held), pad == DOMED_PAD
+        self._model = mujoco.MjModel.from_xml_string(self._text(pad))
         self._data = mujoco.MjData(self._model)
         self._hand, self._object = (self._model.body(name).id for name in ('hand', 'object'))
         self._pads = [self._model.geom(name).id for name in ('left_pad', 'right_pad')]
@@ -157,6 +152,9 @@ class GraspWorld:
         self._grasped_at = np.full(3, np.nan)
         self._before, self._renderer = np.zeros(3), None
         self.time_s, self._lift_s = 0.0, np.inf
+
+    def _text(self, pad: str) -> str:
+        return model_text(self.held, pad)
 
     @property
     def closed_at(self) -> float:
@@ -213,6 +211,10 @@ class GraspWorld:
             self._data.xfrc_applied[self._object, :3] = self._applied() * self.held.mass * GRAVITY
             mujoco.mj_step(self._model, self._data)
             self.time_s += STEP_S
+        return self._read()
+
+    def _read(self) -> tuple[np.ndarray, GraspTruth]:
+        """What `advance` returns, of the present state."""
         left, right = (self._wrench_on(pad) for pad in self._pads)
         load = self._dome_forces() if self.has_domes else self._pressure(-left[2])
         return load, self._truth(left, right)
@@ -293,6 +295,21 @@ class GraspWorld:
 
     def _wrist_acceleration(self) -> np.ndarray:
         return np.sum([d.acceleration for d in self._disturbances if d.begin_s <= self.lifted_s < d.end_s] or [np.zeros(3)], axis=0)
+
+
+def start_height(held: HeldObject) -> float:
+    """From the table to the middle of the pads before the lift, m."""
+    return max(held.half_height, _LOWEST)
+
+
+def model_text(held: HeldObject, pad: str) -> str:
+    """The model of MuJoCo (MJCF) of the gripper with an object; pad: of the left finger, one of PADS."""
+    vertices, faces = _grid()
+    return _MODEL.format(
+        step=STEP_S, gravity=GRAVITY, vertices=vertices, faces=faces, half=_HALF_PAD, depth=_PAD_DEPTH, finger=_FINGER_MASS,
+        friction=held.friction, softness=held.softness, start=start_height(held), apart=closing_width(held), damping=_DAMPING,
+        height=held.half_height, shape=held.shape, size=' '.join(map(str, held.size)), mass=held.mass, dome=_DOME_RADIUS,
+        left=_domes() if pad == DOMED_PAD else '<geom name="left_pad" class="pad"/>')
 
 
 def _domes() -> str:

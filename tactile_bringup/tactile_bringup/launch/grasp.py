@@ -22,6 +22,7 @@ from tactile_driver.errors import BadArgument
 from ..grasp.objects import ARRAY_PARAMETERS, FLAT_PAD, OBJECTS, PADS, READY, HeldObject, closing_width
 from ..sensor_files import parameter_file, simulated_calibration
 from .arguments import VIEW, Texts, check_choices, description, end_if_wrong, hand_node, number, sensor_actions, sensor_arguments, written
+from .grasp_control import RosControl, ros2_control
 
 _ARRAY, _TOUCHPAD, _BOOLEANS = 'array', 'touchpad', ('true', 'false')
 _SIMULATED_TIME = {'use_sim_time': True}  # /clock of gripper_node
@@ -38,6 +39,8 @@ def grasp_arguments() -> Texts:
             'pad': (FLAT_PAD, 'sensor of the left finger: a pressure array, or taxels that measure forces; ' + ', '.join(PADS)),
             'demo': ('false', 'true: grasp and lift the object at once; false: wait for the services ~/grasp and ~/lift'),
             'touchpad': ('true', 'whether the right finger has a touchpad; false: the array alone, which takes half the processor'),
+            'ros2_control': ('false', 'true: mujoco_ros2_control simulates the gripper and a controller of ros2_controllers moves it; '
+                             'false: gripper_node does both'),
             'speed': ('1.0', 'simulated time in a second of real time: 0.3 for instance where the machine is too slow'),
             'rviz': ('false', 'show the array in RViz: true or false'),
             **VIEW,
@@ -46,9 +49,11 @@ def grasp_arguments() -> Texts:
 
 def grasp_actions(values: dict[str, str]) -> list:
     """The actions for the values of the arguments. Raises BadArgument."""
-    check_choices(values, {'object': tuple(OBJECTS), 'pad': tuple(PADS), **dict.fromkeys(('rviz', 'demo', 'touchpad', *VIEW), _BOOLEANS)})
+    check_choices(values, {'object': tuple(OBJECTS), 'pad': tuple(PADS),
+                           **dict.fromkeys(('rviz', 'demo', 'touchpad', 'ros2_control', *VIEW), _BOOLEANS)})
     if find_spec('mujoco') is None:
         raise BadArgument('the simulated gripper needs MuJoCo, an optional extra: pip install mujoco')
+    held, is_controlled = OBJECTS[values['object']], values['ros2_control'] == 'true'
     port = str(Path(launch_config.log_dir, 'array_port'))
     sensor_type = PADS[values['pad']]
     array = {name: default for name, (default, _) in sensor_arguments(sensor_type).items()} | {
@@ -56,14 +61,17 @@ def grasp_actions(values: dict[str, str]) -> list:
         **_settings(sensor_type), **{name: values[name] for name in ('rviz', *VIEW)}}
     demo, has_touchpad = values['demo'] == 'true', values['touchpad'] == 'true'
     own = {'package': 'tactile_bringup', 'output': 'screen', 'on_exit': end_if_wrong}
-    gripper = Node(executable='gripper_node', **own,
+    control = ros2_control(held, values['pad'], number(values, 'speed')) if is_controlled else RosControl()
+    gripper = Node(executable='gripper_follower' if is_controlled else 'gripper_node', **own,
                    parameters=[{'object': values['object'], 'pad': values['pad'], 'port': port, 'lift': demo,
                                'speed': number(values, 'speed')}])
+    frames = hand_node(written('gripper.urdf', _description(held, sensor_type, has_touchpad, control.elements)), **_SIMULATED_TIME)
     others = [*sensor_actions(array, sensor_type), *(sensor_actions(_touchpad(), _TOUCHPAD) if has_touchpad else []),
-              hand_node(written('gripper.urdf', _description(OBJECTS[values['object']], sensor_type, has_touchpad)), **_SIMULATED_TIME),
-              Node(executable='grip_controller', **own,
-                   parameters=[_SIMULATED_TIME, {'sensor': _ARRAY, 'shear_sensor': _TOUCHPAD if has_touchpad else '', 'grasp': demo}])]
-    return [gripper, RegisterEventHandler(OnProcessIO(target_action=gripper, on_stderr=partial(_when_ready, others)))]
+              Node(executable='grip_controller', **own, remappings=control.remappings,
+                   parameters=[_SIMULATED_TIME, {'sensor': _ARRAY, 'shear_sensor': _TOUCHPAD if has_touchpad else '', 'grasp': demo,
+                                                 **control.grip_parameters}])]
+    starts_others = OnProcessIO(target_action=gripper, on_stderr=partial(_when_ready, others))
+    return [gripper, frames, *control.nodes, RegisterEventHandler(starts_others)]
 
 
 def _settings(sensor_type: str) -> dict[str, str]:
@@ -91,8 +99,8 @@ def _params(sensor_type: str, others: Mapping[str, object]) -> str:
     return written(f'{sensor_type}_gripper.yaml', yaml.safe_dump(page))
 
 
-def _description(held: HeldObject, sensor_type: str, has_touchpad: bool) -> str:
-    """The URDF of the gripper: of its links, joints and sensors, not of its shape."""
+def _description(held: HeldObject, sensor_type: str, has_touchpad: bool, others: str) -> str:
+    """The URDF of the gripper: of its links, joints and sensors, not of its shape; others: further elements of it."""
     from ..grasp.skin import APEX
 
     apart, fingers, sensors = closing_width(held), [], [(_ARRAY, sensor_type, 'left', 0.0)]
@@ -105,7 +113,7 @@ def _description(held: HeldObject, sensor_type: str, has_touchpad: bool) -> str:
     mounted = [f'<link name="{name}"/><joint name="{name}_mounting" type="fixed"><parent link="{side}_finger"/><child link="{name}"/>'
                f'<origin xyz="0 0 {height}"/></joint><tactile_sensor name="{name}" type="{kind}" link="{name}"/>'
                for name, kind, side, height in sensors]
-    return '\n'.join(['<robot name="gripper"><link name="hand"/>', *fingers, *mounted, '</robot>'])
+    return '\n'.join(['<robot name="gripper"><link name="hand"/>', *fingers, *mounted, others, '</robot>'])
 
 
 def _when_ready(others: list, event: ProcessIO) -> list:

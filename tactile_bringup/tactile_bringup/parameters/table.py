@@ -150,7 +150,9 @@ GRIP_PARAMETERS = (
               'Friction and load follow from it', read_only=True),
     Parameter('autostart', bool, True, '', 'configure and activate at the start; false: wait for the lifecycle services', read_only=True),
     Parameter('grasp', bool, False, '', 'grasp by itself as soon as the sensor reports', read_only=True),
-    Parameter('open_gap', float, 0.1, 'm', 'gap between the fingers that `release` commands', 0.0, 1.0),
+    Parameter('closed_position', float, 0.0, 'm or rad', 'position of the gripper command that closes: 0 where it is the gap between the '
+              'fingers; where it is that of a joint whose controller is a PID, as far beyond the object as max_force needs', -10.0, 10.0),
+    Parameter('open_position', float, 0.1, 'm or rad', 'the same of the one that opens, for `release`', -10.0, 10.0),
     Parameter('max_force', float, GripLimits.max_force, 'N', 'largest grip force that is ever commanded', 0.01, 1e4),
     Parameter('min_force', float, GripLimits.min_force, 'N', 'smallest grip force while an object is held', 0.01, 1e4),
     Parameter('approach_force', float, GripLimits.approach_force, 'N', 'force with which the fingers close until they touch', 0.01, 1e4),
