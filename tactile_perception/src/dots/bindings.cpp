@@ -7,8 +7,10 @@
 #include "common/rows.hpp"
 #include "dots/blobs.hpp"
 #include "dots/deviation.hpp"
+#include "dots/discs.hpp"
 #include "dots/finder.hpp"
 #include "dots/lattice.hpp"
+#include "dots/likely.hpp"
 #include "dots/links.hpp"
 
 namespace tactile::border {
@@ -75,6 +77,36 @@ Blobs blobs(const Bytes& image, const Bytes& small, const Array<std::uint16_t>& 
     return fit_blobs(as_image(image), as_image(small), step, labels, regions);
 }
 
+// Rows of column, row, correlation, amplitude and ground.
+std::vector<double> rows_of(const std::vector<FoundDisc>& discs) {
+    std::vector<double> rows;
+    rows.reserve(5 * discs.size());
+    for (const FoundDisc& disc : discs)
+        for (const double value :
+             {static_cast<double>(disc.column), static_cast<double>(disc.row), disc.correlation, disc.amplitude, disc.ground})
+            rows.push_back(value);
+    return rows;
+}
+
+using Floats = Array<float>;
+using Indices = Array<std::int64_t>;
+
+std::vector<double> discs_at(const Floats& image, const Floats& disc, const Floats& both, const Indices& column, const Indices& row) {
+    for (py::ssize_t i = 0; i < column.size; ++i) {
+        within(column[i], "column", 0, static_cast<double>(image.length(1) - 1));
+        within(row[i], "row", 0, static_cast<double>(image.length(0) - 1));
+    }
+    within(disc.length() % 2, "disc", 1, 1);
+    return rows_of(correlate({image, image.length(0), image.length(1)}, column, row, column.size, {disc, both, disc.length()}));
+}
+
+std::vector<double> discs_of(const Floats& image, const Floats& relief, const Floats& disc, const Floats& both, int sign,
+                             py::ssize_t margin, py::ssize_t reach, double height, double contrast, double correlation, py::ssize_t most) {
+    within(disc.length() % 2, "disc", 1, 1);
+    return rows_of(find_discs({image, image.length(0), image.length(1)}, relief, {disc, both, disc.length()},
+                              {sign, margin, reach, height, contrast, correlation, most}));
+}
+
 TrackLinks links(const Rows2& last, const Rows2& predicted, const Rows2& first, const Array<bool>& seen, const Rows2& dots,
                  const std::array<double, 2>& size) {
     for (const double length : size) within(length, "size", 0, INFINITY);
@@ -135,6 +167,55 @@ static void bind_dots(py::module_& parent) {
                       get("found", &Lattice::found, "whether the dots form a grid that does not contradict itself"),
                       get("rc (N, 2)", &Lattice::rc, "row and column, valid for members"), get("member (N) bool", &Lattice::member),
                       get("angle", &Lattice::angle, "rad, of the rows from u"), get("pitch", &Lattice::pitch, "px"));
+    def(module, "discs_at -> (N, 5)",
+        "Column, row, correlation, amplitude and ground of bright discs on a ring, of negative correlation for dark ones, at pixels of an\n"
+        "image. disc, both: share of each pixel of a square of odd side inside the disc, and inside disc and ring.",
+        discs_at, "image (H, W)", "disc (S=1..255, S)", "both (S, S)", "column (N)", "row (N)");
+    def(module, "find_discs -> (N, 5)",
+        "The same of discs of one sign at peaks of a relief of the image, of at least a height and px from its border, without a higher "
+        "one\n"
+        "within reach, and of which contrast and correlation exceed these; of more peaks than most the highest.",
+        discs_of, "image (H, W)", "relief (H, W)", "disc (S=1..255, S)", "both (S, S)", "sign [-1, 1]", "margin [1, 1e3]", "reach [1, 1e3]",
+        "height", "contrast", "correlation", "most [1, 1e9]");
+    def(
+        module, "centroids -> (N, 3)",
+        "Position, px, and area, px^2, of dots near positions, of these diameters, px: centroids of what is brighter than the ground "
+        "around\n"
+        "them, darker for sign -1.",
+        [](const Bytes& image, int sign, const Doubles& uv, const Doubles& diameter) {
+            return each(centroids(as_image(image), sign, uv, diameter, uv.length()), &Centroid::u, &Centroid::v, &Centroid::area);
+        },
+        "image (H=2..1000000, W=2..1000000)", "sign [-1, 1]", "uv (N, 2) [-1e12, 1e12]", "diameter (N) [1e-6, 1e6]");
+    using M = PrintModel;
+    record(module, "PrintModel", "What is assumed of a print, and of the blobs of any image: docs/constants.md.",
+           field("own_share", &M::own_share), field("sigma", &M::sigma), field("range", &M::range), field("odd_share", &M::odd_share),
+           field("odd_sigmas", &M::odd_sigmas), field("in_line", &M::in_line), field("chance", &M::chance),
+           field("max_regular", &M::max_regular), field("min_dots", &M::min_dots));
+    using K = KnownDots;
+    auto known = class_of<K, std::shared_ptr<K>>(
+        module, "KnownDots", "Dots of the image in which their appearance was measured.",
+        get("count", [](const K& one) { return one.uv.rows(); }),
+        get("regular", &K::regular, "share of a dot's neighbours that make an equally spaced line with it and a third dot"));
+    def(
+        known, "compare -> (N), (N)",
+        "Decimal log odds of discs by what contrasts and diameters differ from those near; and diameters near, px.",
+        [](const K& one, const Rows2& uv, const Eigen::MatrixXd& logarithms) { return members<2>(one.compare(uv, logarithms)); },
+        "uv (N, 2) [-1e12, 1e12]", "logarithms (N, 2)");
+    def(
+        module, "likely_dots -> (N) bool, log_odds, known",
+        "Which discs are likelier to be dots of a print than blobs of any image; the decimal log odds of all; and the dots, None for too\n"
+        "few. logarithms: of contrasts and diameters; own: decimal log odds of each alone; known: with which they are compared, None: "
+        "with\n"
+        "one another.",
+        [](const Rows2& uv, const Eigen::MatrixXd& logarithms, const Eigen::VectorXd& own, const K* known, const M& model) {
+            LikelyDots found = likely_dots(uv, logarithms, own, known, model);
+            return std::tuple(std::move(found.kept), found.log_odds, std::move(found.known));
+        },
+        "uv (N, 2) [-1e12, 1e12]", "logarithms (N, K)", "own (N)", "known", py::arg_v("model", M(), "PrintModel()"));
+    def(
+        module, "without_doubles -> (N) bool", "Which positions have none of a higher score nearer than the larger distance apart of both.",
+        [](const Doubles& uv, const Doubles& score, const Doubles& apart) { return without_doubles(uv, score, apart, uv.length()); },
+        "uv (N, 2) [-1e12, 1e12]", "score (N)", "apart (N)");
     def(
         module, "find_lattice",
         "Lattice of dots at finite positions, px; of the four possible directions of its rows the one within 45 degrees of u.",
@@ -150,6 +231,10 @@ static void bind_dots(py::module_& parent) {
                 get("position (M, 2)", &T::position, "px, of tracks without a link as their neighbours move"),
                 get("spacing", &T::spacing, "px, typical distance of neighbours"),
                 get("ambiguous", &T::ambiguous, "tracks without a link that a dot without one may continue"));
+    def(
+        module, "continuous -> (N) bool", "Which dots move from first to now, px, as the median of their neighbours does.",
+        [](const Rows2& first, const Rows2& now) { return continuous(first.transpose(), now.transpose()); }, "first (N, 2) [-1e12, 1e12]",
+        "now (N, 2) [-1e12, 1e12]");
     def(module, "link_tracks",
         "Links tracks with dots, px; seen: by the last frame; size: px of the image. A link that another probable motion of the pattern\n"
         "contradicts is none.",

@@ -8,12 +8,17 @@
 #include <numeric>
 #include <utility>
 
+#include "common/cells.hpp"
+#include "common/median.hpp"
+#include "common/nearest.hpp"
+
 namespace tactile {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t NEIGHBOURS = 8;       // of a track: a square grid has as many within one step
+constexpr std::ptrdiff_t NEIGHBOURS = 8;    // of a track: a square grid has as many within one step
+constexpr std::size_t MIN_COMPARED = 4;     // dots, of which one is compared with the others
 constexpr double GATE = 0.7;                // spacings from its expected position, within which a track's dot is searched: half a diagonal
 constexpr double MAX_STRAIN = 0.5;          // difference of neighbours' displacements over their distance: beyond it they may be exchanged
 constexpr double MOTION_SIGMA = 0.2;        // spacings, of the common motion between two frames about a prediction: a prior
@@ -21,63 +26,6 @@ const double UNEXPLAINED = std::log(20);    // nats: one of 20 dots is missed in
 const double RELEASED = std::log(1e6);      // nats: one of a million frames shows the end of a press that the frame before shows in full
 const double CONTRADICTED = std::log(1e4);  // nats: an answer that is less probable by so much contradicts no link
 constexpr double INFINITE = std::numeric_limits<double>::infinity();
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-// Positions in square cells, about one in each.
-class Cells {
- public:
-    explicit Cells(const Positions& at) : at_(at), low_(at.rowwise().minCoeff()) {
-        const Vector2d extent = at.rowwise().maxCoeff() - low_;
-        side_ = std::max(extent.maxCoeff() / std::sqrt(static_cast<double>(at.cols())), 1e-6);
-        for (int axis = 0; axis < 2; ++axis) count_[axis] = static_cast<std::ptrdiff_t>(extent[axis] / side_) + 1;
-        begin_.assign(static_cast<std::size_t>(count_[0] * count_[1] + 1), 0);
-        member_.resize(static_cast<std::size_t>(at.cols()));
-        for (Eigen::Index i = 0; i < at.cols(); ++i) ++begin_[cell(at.col(i)) + 1];
-        std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-        std::vector<std::ptrdiff_t> next(begin_);
-        for (Eigen::Index i = 0; i < at.cols(); ++i) member_[static_cast<std::size_t>(next[cell(at.col(i))]++)] = i;
-    }
-    double side() const { return side_; }
-    double extent() const { return side_ * static_cast<double>(std::max(count_[0], count_[1])); }
-
-    // Calls visit(index, squared distance) for every position within radius of p.
-    template <class Visit>
-    void within(const Vector2d& p, double radius, Visit visit) const {
-        const auto [left, right] = range(p, radius, 0);
-        const auto [top, bottom] = range(p, radius, 1);
-        for (std::ptrdiff_t row = top; row < bottom; ++row) {
-            if (left >= right) return;
-            for (auto k = begin_[static_cast<std::size_t>(row * count_[0] + left)];
-                 k < begin_[static_cast<std::size_t>(row * count_[0] + right)]; ++k) {
-                const Eigen::Index i = member_[static_cast<std::size_t>(k)];
-                const double square = (at_.col(i) - p).squaredNorm();
-                if (square < radius * radius) visit(i, square);
-            }
-        }
-    }
-
- private:
-    std::size_t cell(const Vector2d& p) const {
-        const Eigen::Array<std::ptrdiff_t, 2, 1> k = ((p - low_) / side_).array().cast<std::ptrdiff_t>();
-        return static_cast<std::size_t>(std::min(k[1], count_[1] - 1) * count_[0] + std::min(k[0], count_[0] - 1));
-    }
-    std::pair<std::ptrdiff_t, std::ptrdiff_t> range(const Vector2d& p, double radius, int axis) const {
-        const double most = static_cast<double>(count_[axis]), from = (p[axis] - radius - low_[axis]) / side_;
-        const double to = (p[axis] + radius - low_[axis]) / side_ + 1;
-        return {static_cast<std::ptrdiff_t>(std::clamp(from, 0.0, most)), static_cast<std::ptrdiff_t>(std::clamp(to, 0.0, most))};
-    }
-    const Positions& at_;
-    Vector2d low_;
-    double side_;
-    std::ptrdiff_t count_[2];
-    std::vector<std::ptrdiff_t> begin_;
-    std::vector<Eigen::Index> member_;
-};
 
 // An answer: the dot of each track, the tracks' positions, and what speaks against it, nats.
 struct Hypothesis {
@@ -90,22 +38,18 @@ struct Hypothesis {
 class TrackLinker {
  public:
     TrackLinker(const TracksBefore& tracks, const Positions& dots, const Vector2d& size)
-        : tracks_(tracks), last_(tracks.last), dots_(dots), size_(size), cells_(dots), neighbour_(tracks.seen.size()) {
-        const Cells cells(last_);
-        std::vector<std::pair<double, std::int32_t>> near;
+        : tracks_(tracks), last_(tracks.last), dots_(dots), size_(size), cells_(dots.data(), dots.cols()), neighbour_(tracks.seen.size()) {
+        const std::ptrdiff_t count = NEIGHBOURS + 1;  // a track is among those nearest to it
+        const Nearest near = nearest_points(last_.data(), last_.cols(), last_.data(), last_.cols(), count);
         std::vector<double> pitch;
-        for (Eigen::Index i = 0; i < last_.cols(); ++i) {
-            for (double radius = 2 * cells.side();; radius *= 2) {
-                near.clear();
-                cells.within(last_.col(i), radius, [&](Eigen::Index j, double square) {
-                    if (j != i) near.emplace_back(square, static_cast<std::int32_t>(j));
-                });
-                if (near.size() >= NEIGHBOURS || radius > 2 * cells.extent()) break;
+        for (std::ptrdiff_t i = 0; i < last_.cols(); ++i) {
+            double nearest = INFINITE;
+            for (std::ptrdiff_t k = count * i; k < count * (i + 1); ++k) {
+                if (near.index[k] == i || near.index[k] == last_.cols()) continue;
+                nearest = std::min(nearest, near.distance[k]);
+                neighbour_[static_cast<std::size_t>(i)].push_back(static_cast<std::int32_t>(near.index[k]));
             }
-            std::sort(near.begin(), near.end());
-            if (near.size() > NEIGHBOURS) near.resize(NEIGHBOURS);
-            for (const auto& [square, j] : near) neighbour_[static_cast<std::size_t>(i)].push_back(j);
-            pitch.push_back(near.empty() ? 1e-6 : std::max(std::sqrt(near.front().first), 1e-6));
+            pitch.push_back(std::max(nearest, 1e-6));
         }
         spacing_ = median(pitch);
         pitch_ = Eigen::Map<const Eigen::ArrayXd>(pitch.data(), last_.cols());
@@ -122,10 +66,13 @@ class TrackLinker {
         const double of_others = std::pow((1 - std::min(motion, 1.0)) / MOTION_SIGMA, 2) / 2;  // smallest of any that differs by a spacing
         if (best->cost + CONTRADICTED > of_others) {
             const auto middle = static_cast<Eigen::Index>(middle_track());
+            const double best_cost = best->cost;
             for (const std::int32_t j : neighbour_[static_cast<std::size_t>(middle)]) {
                 const Vector2d step = (last_.col(j) - last_.col(middle)) / pitch_[middle];
-                for (const double share : {0.5, 1.0})
-                    hypotheses.push_back(fit(tracks_.predicted + share * step * pitch_.matrix().transpose()));
+                for (const double share : {0.5, 1.0}) {
+                    const Positions expected = tracks_.predicted + share * step * pitch_.matrix().transpose();
+                    if (surprise(expected) < best_cost + CONTRADICTED) hypotheses.push_back(fit(expected));
+                }
             }
             best = cheapest();
         }
@@ -179,11 +126,12 @@ class TrackLinker {
         std::vector<double> smallest(dots, INFINITE);
         for (std::size_t i = 0; i < count; ++i) {
             double nearest = INFINITE;
-            cells_.within(expected.col(static_cast<Eigen::Index>(i)), GATE * spacing_, [&](Eigen::Index j, double square) {
-                const auto n = static_cast<std::size_t>(j);
-                if (square < nearest) nearest = square, dot[i] = static_cast<std::int32_t>(j);
-                if (square < smallest[n]) smallest[n] = square, track[n] = static_cast<std::int32_t>(i);
-            });
+            cells_.within(expected(0, static_cast<Eigen::Index>(i)), expected(1, static_cast<Eigen::Index>(i)), GATE * spacing_,
+                          [&](Eigen::Index j, double square) {
+                              const auto n = static_cast<std::size_t>(j);
+                              if (square < nearest) nearest = square, dot[i] = static_cast<std::int32_t>(j);
+                              if (square < smallest[n]) smallest[n] = square, track[n] = static_cast<std::int32_t>(i);
+                          });
         }
         for (std::size_t i = 0; i < count; ++i)
             if (dot[i] >= 0 && track[static_cast<std::size_t>(dot[i])] != static_cast<std::int32_t>(i)) dot[i] = -1;
@@ -298,7 +246,7 @@ class TrackLinker {
         for (std::size_t i = 0; i < dot.size(); ++i) {
             bool has_free = false;
             if (dot[i] < 0 && tracks_.seen[i])
-                cells_.within(position.col(static_cast<Eigen::Index>(i)), spacing_,
+                cells_.within(position(0, static_cast<Eigen::Index>(i)), position(1, static_cast<Eigen::Index>(i)), spacing_,
                               [&](Eigen::Index j, double) { has_free |= is_free[static_cast<std::size_t>(j)] != 0; });
             count += has_free;
         }
@@ -318,6 +266,38 @@ class TrackLinker {
 
 TrackLinks link_tracks(const TracksBefore& tracks, const Positions& dots, const Vector2d& size) {
     return TrackLinker(tracks, dots, size).solve();
+}
+
+std::vector<std::uint8_t> continuous(const Positions& first, const Positions& now) {
+    const Positions moved = now - first;
+    std::vector<std::uint8_t> kept(static_cast<std::size_t>(first.cols()), 1);
+    std::vector<Eigen::Index> some(kept.size());
+    std::iota(some.begin(), some.end(), Eigen::Index{0});
+    for (std::size_t before = 0; some.size() != before && some.size() >= MIN_COMPARED;) {
+        before = some.size();
+        const auto count = static_cast<Eigen::Index>(before), each = std::min<Eigen::Index>(NEIGHBOURS + 1, count);
+        Positions at(2, count);
+        for (Eigen::Index i = 0; i < count; ++i) at.col(i) = first.col(some[static_cast<std::size_t>(i)]);
+        const Nearest near = nearest_points(at.data(), count, at.data(), count, each);
+        std::vector<double> nearest;
+        for (Eigen::Index i = 0; i < count; ++i) nearest.push_back(near.distance[static_cast<std::size_t>(each * i + 1)]);
+        const double spacing = median(nearest);  // of the print: where dots are missing, those near are farther
+        std::vector<Eigen::Index> good;
+        for (Eigen::Index i = 0; i < count; ++i) {
+            const Eigen::Index dot = some[static_cast<std::size_t>(i)];
+            std::vector<double> around[2];
+            for (Eigen::Index n = each * i + 1; n < each * (i + 1); ++n)
+                for (int axis = 0; axis < 2; ++axis)
+                    around[axis].push_back(moved(axis, some[static_cast<std::size_t>(near.index[static_cast<std::size_t>(n)])]));
+            const Vector2d usual{median(std::move(around[0])), median(std::move(around[1]))};
+            if ((moved.col(dot) - usual).norm() < MAX_STRAIN * std::min(nearest[static_cast<std::size_t>(i)], spacing))
+                good.push_back(dot);
+            else
+                kept[static_cast<std::size_t>(dot)] = 0;
+        }
+        some = std::move(good);
+    }
+    return kept;
 }
 
 }  // namespace tactile

@@ -33,4 +33,8 @@ struct TrackLinks {
 // and its motion. The cheapest hypothesis wins; of its links those remain that no other probable hypothesis contradicts.
 TrackLinks link_tracks(const TracksBefore& tracks, const Positions& dots, const Eigen::Vector2d& size);
 
+// Which of dots move from first to now, px, as the median of their neighbours does; those that do not are no neighbours of others. A few
+// dots have nothing to be compared with.
+std::vector<std::uint8_t> continuous(const Positions& first, const Positions& now);
+
 }  // namespace tactile

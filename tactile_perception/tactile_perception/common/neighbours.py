@@ -39,14 +39,3 @@ class Neighbours:
         """
         distance, index = _core.common.nearest_points(self.points, np.ascontiguousarray(queries, np.float64).reshape(-1, 2), count)
         return (distance[:, 0], index[:, 0]) if count == 1 else (distance, index)
-
-    def pairs_within(self, distance: float) -> tuple[np.ndarray, np.ndarray]:
-        """Indices (P,) and (P,) of the pairs of points that are at most this distance apart, each pair once."""
-        order = np.argsort(self.points[:, 0], kind='stable')
-        x, y = self.points[order].T
-        ahead = np.searchsorted(x, x + distance, 'right') - np.arange(1, len(x) + 1)  # points further along x within reach
-        left = np.repeat(np.arange(len(x)), ahead)
-        right = left + 1 + np.arange(len(left)) - np.repeat(np.cumsum(ahead) - ahead, ahead)
-        near = np.hypot(x[right] - x[left], y[right] - y[left]) <= distance
-        pairs = np.sort(np.stack([order[left[near]], order[right[near]]]), axis=0)
-        return pairs[0], pairs[1]

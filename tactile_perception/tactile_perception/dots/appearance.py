@@ -17,8 +17,8 @@ from math import lgamma
 import cv2
 import numpy as np
 
+from .. import _core
 from ..common.neighbours import Neighbours
-from ..common.statistics import robust_sigma
 from ..core.errors import BadFrame
 from .fit import disc_modes
 
@@ -31,24 +31,18 @@ MIN_CONTRAST = 6.0  # grey levels: print and light, not rounding
 _MIN_CONTRAST_SIGMAS = 4.0  # of the noise of a pixel: noise alone shows fewer than six such discs of three px in an image
 DARKEST = 20.0  # grey levels: ground that is darker counts as black, of which a dark dot shows no share
 OVERLAP = 0.6  # diameters, smallest distance of two dots
-MIN_DOTS = 6  # the corners of a square are four
 _MIN_IRREGULAR = 16  # dots without regular spacing: dust, drops and reflections of one size are fewer
 RING = 1.4  # outer diameter of the ring over that of the disc: excludes neighbours down to a pitch of 1.2 diameters
-_NOISE = 1.0  # grey levels, regularises the normalisation of flat regions
 
 # Likelihoods of one blob as part of a pattern and as one of any image, in decimal logarithms. Any image: counted in photographs, texture,
 # noise and gels without markers.
 CORRELATIONS = 0.7, 0.85, 0.92  # with a disc: of the blobs of any image 60 % have less than the first, 5 and 1 % more than the others
 _SHAPE_ODDS = -0.8, 0.0, 0.7, 1.5  # of worn dots 10 % have less than the first, 60 and 30 % more than the others
 _SHAPED = 5.0  # px, diameter: any smaller speck is a disc, which then says nothing
-_OWN_SHARE = 0.98  # of the discs in a print, those that have its sign and contrast; others have the other sign or are half as strong
-_OWN_ODDS, _OTHER_ODDS = np.log10([2 * _OWN_SHARE, 2 - 2 * _OWN_SHARE])  # of one disc alone, where half of the discs in any image are such
+_PRINT = _core.dots.PrintModel()
+MIN_DOTS = _PRINT.min_dots
+_OWN_ODDS, _OTHER_ODDS = np.log10([2 * _PRINT.own_share, 2 - 2 * _PRINT.own_share])  # of one disc: half of those in any image are such
 _LEVELS = 20, 50, 80, 95  # percent of the discs' contrasts, tried as that of the pattern
-# Of the logarithms of a dot's contrast and diameter about its neighbours': least standard deviation in a print, and range in any image,
-# where they are uniform; and the share of dots under glare or dirt, whose standard deviation is so many times larger.
-_SIGMA, _RANGE, _ODD, _ODD_SIGMAS = 0.25, 2 * np.log(2), 0.01, 3.0
-_NEIGHBOURS, _IN_LINE = 4, 0.2  # of a dot, with which a third dot makes an equally spaced line, within so much of the distance
-_CHANCE, _MAX_REGULAR = 0.2, 0.95  # share of neighbours with such a third dot: in any image, and the most that is assumed of a print
 # Holes of a mesh and fields of a chessboard: squareness from 0.7, wires thinner than the holes. Dots have up to 0.2; markers that are cut,
 # or dots of 6 px in a binary image, have up to 0.9, but are farther apart.
 _MAX_SQUARENESS, _MESH_PITCH = 0.68, 2.0  # the second in diameters
@@ -130,7 +124,7 @@ class Pattern:
         return float(np.median(Neighbours(self.uv).query(self.uv, 2)[0][:, 1]))
 
     def __str__(self) -> str:
-        kind, spacing = 'bright' if self.sign > 0 else 'dark', 'regular' if self.regular > 2 * _CHANCE else 'irregular'
+        kind, spacing = 'bright' if self.sign > 0 else 'dark', 'regular' if self.regular > 2 * _PRINT.chance else 'irregular'
         return f'{len(self.uv)} {kind} blobs of {self.diameter:.0f} px with {spacing} spacing'
 
 
@@ -178,8 +172,9 @@ def _squareness(grey, pattern: Pattern) -> float:
     and 1 for parallelograms, whose moment is their squared area over 60; a blur that is alike in all directions adds nothing to it."""
     small, scale, across = reduced(grey, pattern.diameter)
     disc, both = _template(round(across, 2))
-    column, row = np.clip(np.rint((pattern.uv + 0.5) * scale - 0.5).astype(int), 0, np.array(small.shape[::-1]) - 1).T
-    patches = pattern.sign * _patches(small, column, row, disc.shape).reshape(len(row), *disc.shape)
+    half = len(disc) // 2
+    column, row = np.clip(np.rint((pattern.uv + 0.5) * scale - 0.5).astype(int), half, np.array(small.shape[::-1]) - 1 - half).T
+    patches = pattern.sign * np.lib.stride_tricks.sliding_window_view(small, disc.shape)[row - half, column - half]
     patches = patches - np.median(patches[:, both - disc > 0.5], axis=1)[:, None, None]
     patches /= np.maximum(np.percentile(patches[:, disc > 0.5], 75, axis=1), 1)[:, None, None]
     weight = (np.maximum(np.median(patches, axis=0), 0) * both).ravel()
@@ -256,13 +251,7 @@ def joined_peaks(peaks: list[Peaks]) -> Peaks:
 
 def without_doubles(uv: np.ndarray, score: np.ndarray, apart: np.ndarray | float) -> np.ndarray:
     """(N,) bool: without the lower score (N,) of any two positions uv (N, 2) px closer than the larger apart, px, of both."""
-    apart = np.broadcast_to(apart, len(uv))
-    first, second = Neighbours(uv).pairs_within(apart.max(initial=0))
-    near = np.hypot(*(uv[first] - uv[second]).T) < np.maximum(apart[first], apart[second])
-    first, second = first[near], second[near]
-    kept = np.ones(len(uv), bool)
-    kept[np.where(score[first] < score[second], first, second)] = False
-    return kept
+    return _core.dots.without_doubles(np.ascontiguousarray(uv), score, np.broadcast_to(np.asarray(apart, float), len(uv)))
 
 
 def _is_coloured(image) -> bool:
@@ -291,12 +280,13 @@ def _pattern_of(found: Peaks, opposite: Peaks, sign: int, channel: str, limit: f
     log_odds, level, disc, others = best
     # Most blobs of a texture are little above the limit, so that their contrasts are alike, too.
     is_clear = np.median(found.amplitude[disc]) > 2 * limit
-    dots, odds, known = likely_dots(found.uv[disc], contrast[disc, None] if is_clear else np.zeros((len(disc), 0)), own[disc])
+    logarithms = contrast[disc, None] if is_clear else np.zeros((len(disc), 0))
+    dots, odds, known = _core.dots.likely_dots(found.uv[disc], logarithms, own[disc], None)
     count, rejected = np.count_nonzero(dots), np.count_nonzero(~dots)
     log_odds += odds - own[disc].sum() - count * _OWN_ODDS - (rejected + others) * _OTHER_ODDS + _sign_odds(count, rejected + others)
     disc = disc[dots]
     regular = 0.0 if known is None else known.regular
-    if len(disc) < (MIN_DOTS if regular > 2 * _CHANCE else _MIN_IRREGULAR):
+    if len(disc) < (MIN_DOTS if regular > 2 * _PRINT.chance else _MIN_IRREGULAR):
         return None
     return Pattern(sign, channel, float(np.median(found.diameter[disc])), float(np.exp(level)), float(log_odds), found.uv[disc], regular)
 
@@ -305,7 +295,7 @@ def _sign_odds(own: int, others: int) -> float:
     """Decimal log odds of that many discs of the pattern's sign and contrast beside others. In any image the share of discs of a sign is
     the same for all, and uniform from 0 to 1: stars and sparks are bright."""
     by_chance = lgamma(own + 1) + lgamma(others + 1) - lgamma(own + others + 2)
-    return float(own * np.log10(_OWN_SHARE) + others * np.log10(1 - _OWN_SHARE) - by_chance / np.log(10))
+    return float(own * np.log10(_PRINT.own_share) + others * np.log10(1 - _PRINT.own_share) - by_chance / np.log(10))
 
 
 def own_odds(correlation: np.ndarray, diameter: np.ndarray) -> np.ndarray:
@@ -314,114 +304,40 @@ def own_odds(correlation: np.ndarray, diameter: np.ndarray) -> np.ndarray:
     return np.where(shape > 0, _OWN_ODDS, 0) + np.where((diameter < _SHAPED) & (shape > 0), 0.0, np.take(_SHAPE_ODDS, shape))
 
 
-@dataclass(frozen=True)
-class KnownDots:
-    """Dots of the image in which the appearance was measured. uv: (N, 2) px; logarithms: (N, k), of contrasts and diameters; sigma: (k,),
-    their standard deviations about those of neighbours; regular: share of a dot's neighbours that make an equally spaced line with it and a
-    third dot."""
-
-    uv: np.ndarray
-    logarithms: np.ndarray
-    sigma: np.ndarray
-    regular: float
-
-    def near(self, uv: np.ndarray) -> np.ndarray:
-        """(N, k), medians of the logarithms of the dots near uv (N, 2) px."""
-        near = Neighbours(self.uv).query(uv, min(2 * _NEIGHBOURS, len(self.uv)))[1]
-        return np.median(self.logarithms[near], axis=1)
-
-    def odds(self, away: np.ndarray) -> np.ndarray:
-        """Decimal log odds (N,) of discs whose logarithms differ by away (N, k) from those near."""
-        square = (away / self.sigma)**2 / 2
-        alike = (1 - _ODD) * np.exp(-square) + _ODD / _ODD_SIGMAS * np.exp(-square / _ODD_SIGMAS**2)
-        return np.log10(np.maximum(_RANGE / (np.sqrt(2 * np.pi) * self.sigma) * alike, 1e-9)).sum(axis=1)
-
-
-def likely_dots(uv: np.ndarray, logarithms: np.ndarray, own: np.ndarray,
-                known: KnownDots | None = None) -> tuple[np.ndarray, float, KnownDots | None]:
-    """Which discs are likelier to be dots of a pattern than blobs of any image, by their own log odds (N,), decimal, and by those near.
-
-    uv, logarithms: of the discs, see KnownDots; known: what contrasts, diameters and regularity are compared with, None: with one another.
-    Returns (N,) bool, the sum of the log odds, and the dots, None for too few.
-    """
-    some, good, here = np.arange(len(uv)), np.zeros(1, bool), known
-    away = None if known is None or not len(uv) else logarithms - known.near(uv)
-    while not good.all():
-        if len(some) < MIN_DOTS:
-            return np.zeros(len(uv), bool), _OTHER_ODDS * len(uv), None
-        in_line = _in_line(uv[some])
-        if known is None:
-            away = _deviations(uv[some], logarithms[some])
-            here = KnownDots(uv[some], logarithms[some], np.maximum(robust_sigma(away, axis=0), _SIGMA), float(in_line.mean()))
-        share = np.clip(here.regular, _CHANCE, _MAX_REGULAR)
-        spacing = np.where(in_line, np.log10(share / _CHANCE), np.log10((1 - share) / (1 - _CHANCE)))
-        odds = own[some] + here.odds(away if known is None else away[some]) + spacing.sum(axis=1)
-        good = odds > _OTHER_ODDS
-        some = some[good]
-    kept = np.zeros(len(uv), bool)
-    kept[some] = True
-    return kept, float(odds.sum()) + _OTHER_ODDS * np.count_nonzero(~kept), here
-
-
-def _deviations(uv: np.ndarray, logarithms: np.ndarray) -> np.ndarray:
-    """Logarithms (N, k) above the median of those near."""
-    near = Neighbours(uv).query(uv, min(2 * _NEIGHBOURS + 1, len(uv)))[1]
-    return logarithms - np.median(logarithms[near[:, 1:]], axis=1)
-
-
-def _in_line(uv: np.ndarray) -> np.ndarray:
-    """(N, n) bool: whether a dot and one of its neighbours make an equally spaced line with a third dot, on the dot's other side or beyond
-    the neighbour."""
-    tree = Neighbours(uv)
-    distance, near = (part[:, 1:] for part in tree.query(uv, min(_NEIGHBOURS, len(uv) - 1) + 1))
-    third = np.stack([2 * uv[:, None] - uv[near], 2 * uv[near] - uv[:, None]])
-    return (tree.query(third.reshape(-1, 2))[0].reshape(2, *near.shape) < _IN_LINE * distance).any(axis=0)
-
-
 def find_peaks(grey: np.ndarray, signs: tuple[int, ...], diameter: float, limit: float = MIN_CONTRAST) -> dict[int, Peaks]:
     """Discs of this diameter, px, and a contrast over limit, grey levels, in an image (H, W) uint8, by sign."""
     small, scale, across = reduced(grey, diameter)
     inner, outer = (cv2.GaussianBlur(small, (0, 0), s * across, borderType=cv2.BORDER_REFLECT) for s in (0.28, 0.5))
-    relief = inner - outer
-    reach = max(1, int(0.4 * across))
-    margin, found = int(np.ceil(across / 2)), {}
-    square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    relief, reach, found = inner - outer, max(1, int(0.4 * across)), {}
     for sign in signs:
-        rise = relief if sign > 0 else -relief
-        is_peak = (rise >= np.maximum(cv2.dilate(rise, square), limit / 4))[margin:-margin, margin:-margin]
-        row, column = np.divmod(np.flatnonzero(is_peak), is_peak.shape[1])
-        row, column = row + margin, column + margin
-        if len(row) > _MAX_PEAKS:
-            kept = np.argpartition(-rise[row, column], _MAX_PEAKS)[:_MAX_PEAKS]
-            row, column = row[kept], column[kept]
-        correlation, amplitude, ground = _correlate_patches(small, sign, column, row, across)
-        good = (correlation > CORRELATIONS[0] / 2) & (amplitude > limit)
-        uv = (np.stack([column, row], axis=1)[good] + 0.5) / scale - 0.5
-        found[sign] = Peaks(uv, *(values[good].astype(float) for values in (correlation, amplitude, ground)), np.full(len(uv), diameter))
+        discs = _core.dots.find_discs(small, relief, *_template(round(across, 2)), sign, int(np.ceil(across / 2)), reach, limit / 4, limit,
+                                      CORRELATIONS[0] / 2, _MAX_PEAKS)
+        found[sign] = Peaks((discs[:, :2] + 0.5) / scale - 0.5, sign * discs[:, 2], sign * discs[:, 3], discs[:, 4],
+                            np.full(len(discs), diameter))
     return found
 
 
 def discs_at(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: np.ndarray | float) -> Peaks:
     """Discs of these diameters (N,), px, or of one, in an image (H, W) uint8, at uv (N, 2) px, whatever is there."""
-    diameter, seen = np.broadcast_to(diameter, len(uv)), np.zeros((3, len(uv)))
+    diameter, seen = np.broadcast_to(diameter, len(uv)), np.zeros((len(uv), 5))
     small, scale, across = reduced(grey, float(np.median(diameter)) if len(uv) else _ACROSS)
     column, row = np.clip(np.rint((uv + 0.5) * scale - 0.5).astype(int), 0, np.array(small.shape[::-1]) - 1).T
     half_octave = np.rint(2 * np.log2(np.maximum(diameter * scale.mean(), 1) / across))  # in less than a pixel there is no disc
     for each in np.unique(half_octave):
         some = half_octave == each
-        seen[:, some] = _correlate_patches(small, sign, column[some], row[some], across * 2**(each / 2))
-    return Peaks(uv, *seen, diameter)
+        seen[some] = _core.dots.discs_at(small, *_template(round(across * 2**(each / 2), 2)), column[some], row[some])
+    return Peaks(uv, sign * seen[:, 2], sign * seen[:, 3], seen[:, 4], diameter)
 
 
-def reduced(grey, diameter):
-    """The image, float32, reduced as far as discs of this diameter allow; its scale (2,), and their diameter in it."""
+def reduced(grey, diameter, kind=np.float32):
+    """The image, of that type, reduced as far as discs of this diameter allow; its scale (2,), and their diameter in it."""
     step = max(int(diameter / _ACROSS), 1)  # first by a whole number, which is fast
     grey = shrink(grey, step)
     full = np.array(grey.shape[::-1])
     size = np.rint(full * min(1.0, _ACROSS * step / diameter)).astype(int)
     small = grey if (size == full).all() else cv2.resize(grey, size.tolist(), interpolation=cv2.INTER_AREA)
     scale = size / full / step
-    return small.astype(np.float32), scale, diameter * float(scale.mean())
+    return small.astype(kind), scale, diameter * float(scale.mean())
 
 
 @lru_cache(maxsize=64)
@@ -431,25 +347,7 @@ def _template(across: float) -> tuple[np.ndarray, np.ndarray]:
     at = (np.arange((2 * half + 1) * fine) + 0.5) / fine - half - 0.5
     away = np.hypot(at[:, None], at)
     blocks = 2 * half + 1, fine, 2 * half + 1, fine
-    return tuple((away < radius).reshape(blocks).mean(axis=(1, 3)).astype(np.float32) for radius in (across / 2, RING * across / 2))
-
-
-def _patches(image, column, row, shape) -> np.ndarray:
-    """(N, pixels) of that odd shape around pixels of an image (H, W) float32."""
-    half = shape[0] // 2
-    padded = cv2.copyMakeBorder(image, half, half, half, half, cv2.BORDER_REFLECT)
-    return np.lib.stride_tricks.sliding_window_view(padded, shape)[row, column].reshape(len(row), shape[0] * shape[1])
-
-
-def _correlate_patches(image, sign: int, column: np.ndarray, row: np.ndarray, across: float) -> tuple[np.ndarray, ...]:
-    """Normalised correlation, amplitude and ground (N,) of a disc, px across, on a ring, at pixels of an image (H, W) float32."""
-    disc, both = _template(round(across, 2))
-    patches = _patches(image, column, row, disc.shape)
-    contrast, weight = (disc - both * (disc.sum() / both.sum())).ravel(), both.ravel()
-    product, norm = patches @ contrast, float((contrast**2).sum())
-    mean = patches @ weight / weight.sum()
-    variance = np.maximum((patches - mean[:, None])**2 @ weight, 0) + weight.sum() * _NOISE**2
-    return sign * product / np.sqrt(variance * norm), sign * product / norm, mean - product / norm * (disc.sum() / both.sum())
+    return tuple((away < radius).reshape(blocks).mean(axis=(1, 3), dtype=np.float32) for radius in (across / 2, RING * across / 2))
 
 
 def measure_appearance(image: np.ndarray, sign: int) -> Appearance:

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 
-import cv2
 import numpy as np
 
+from .. import _core
 from ..common.dots import Dots
 from ..common.neighbours import Neighbours
 from ..core.errors import BadFrame
@@ -18,14 +18,12 @@ from .appearance import (
     CORRELATIONS,
     MIN_DISCS,
     OVERLAP,
-    KnownDots,
     Pattern,
     describe_dots,
     discs_at,
     find_pattern,
     find_peaks,
     joined_peaks,
-    likely_dots,
     own_odds,
     reduced,
     select_channel,
@@ -36,10 +34,6 @@ _MIN_CORRELATION = 0.62  # with a disc, where none is fitted: worn dots have 0.6
 _MAX_RATIO = 3.0  # of a disc's contrast to that of the pattern, or its inverse: uneven light
 _SHARES = 0.65, 1.0, 1.5  # of the typical diameter, at which discs are searched where none is fitted
 _TIE = 1e-3  # decimal log odds by which the correlation decides between overlapping discs of equal odds
-_ROUNDS = 3  # of centroids, each in a window about the last
-_WINDOW, _GROUND = 0.65, (0.6, 0.9)  # diameters from a dot's centre: radius of that window, and of the ring of ground around it
-_STEP = 0.15  # diameters, between the samples around a dot
-_DOWN, _ACROSS = _STEP * np.mgrid[-6:7, -6:7].reshape(2, -1)
 _UNSURE = 0.01  # of the diameter, standard deviation of a centroid: worn dots have 0.003 from frame to frame, and jumps of 0.03
 
 
@@ -47,7 +41,7 @@ class AnyDots:
     """Dots of any polarity and size, whose pattern was found in an image; fit: an exact detector of them, None where they are no discs;
     known: the dots of that image; where as many are fitted, no other is searched."""
 
-    def __init__(self, pattern: Pattern, fit, known: KnownDots | None = None):
+    def __init__(self, pattern: Pattern, fit, known: _core.dots.KnownDots | None = None):
         self._pattern, self._fit, self._known = pattern, fit, known
 
     def describe(self, dots: Dots) -> str:
@@ -59,21 +53,22 @@ class AnyDots:
         """Dots of one checked uint8 image: fitted ones and discs that the fit leaves out, those that are likely to be dots."""
         return self.find(image)[0]
 
-    def find(self, image: np.ndarray) -> tuple[Dots, KnownDots | None]:
+    def find(self, image: np.ndarray) -> tuple[Dots, _core.dots.KnownDots | None]:
         """See `detect`; and what later images are compared with, if this is the first one."""
         pattern, fitted = self._pattern, Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
         grey = select_channel(image, pattern.channel)
         if self._fit is not None:
             fitted = self._fit.detect(image)
             likely = self._likely(fitted, grey)
-            if self._known is not None and len(likely[0]) >= len(self._known.uv):
+            if self._known is not None and len(likely[0]) >= self._known.count:
                 return likely
         return self._likely(_joined([fitted, _discs(grey, pattern, fitted, self._known)]), grey)
 
-    def _likely(self, dots: Dots, grey) -> tuple[Dots, KnownDots | None]:
+    def _likely(self, dots: Dots, grey) -> tuple[Dots, _core.dots.KnownDots | None]:
         diameter, sign = np.sqrt(4 / np.pi * dots.area), self._pattern.sign
         seen = discs_at(grey, sign, dots.uv, diameter)
-        kept, _, known = likely_dots(dots.uv, seen.logarithms(sign), own_odds(seen.correlation, diameter), self._known)
+        own = own_odds(seen.correlation, diameter)
+        kept, _, known = _core.dots.likely_dots(dots.uv, seen.logarithms(sign), own, self._known)
         return dots.take(kept), known
 
 
@@ -89,7 +84,7 @@ def measure_any(image: np.ndarray, sign: int, make_fit: Callable) -> AnyDots:
     return AnyDots(pattern, fit, AnyDots(pattern, fit).find(image)[1])
 
 
-def _discs(grey, pattern, fitted: Dots, known: KnownDots | None) -> Dots:
+def _discs(grey, pattern, fitted: Dots, known: _core.dots.KnownDots | None) -> Dots:
     """Discs of about the pattern's contrast and diameter where no dot is fitted: the likeliest of those that overlap. Where dots are known,
     those near give the diameter with which each is located."""
     sizes = pattern.diameter * np.array((1.0,) if len(fitted) else _SHARES)
@@ -100,9 +95,9 @@ def _discs(grey, pattern, fitted: Dots, known: KnownDots | None) -> Dots:
         free &= Neighbours(fitted.uv).query(found.uv)[0] > OVERLAP * pattern.diameter
     found = found.take(free)
     odds, size = own_odds(found.correlation, found.diameter) + _TIE * found.correlation, found.diameter
-    if known is not None and len(size):
-        near = known.near(found.uv)
-        odds, size = odds + known.odds(found.logarithms(pattern.sign) - near), np.exp(near[:, 1])
+    if known is not None:
+        likely, size = known.compare(found.uv, found.logarithms(pattern.sign))
+        odds += likely
     alone = without_doubles(found.uv, odds, OVERLAP * found.diameter)
     dots = locate_dots(grey, pattern.sign, found.uv[alone], size[alone])
     return dots.take(without_doubles(dots.uv, dots.area, OVERLAP * np.sqrt(4 / np.pi * dots.area)))
@@ -115,24 +110,7 @@ def _joined(parts) -> Dots:
 def locate_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: np.ndarray | float) -> Dots:
     """Dots of an image (H, W) uint8 near positions uv (N, 2) px of discs of about these diameters (N,), px, or of one, as centroids of what
     is brighter than the ground around them, darker for sign -1."""
-    if not len(uv):
-        return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
-    small, scale, _ = reduced(grey, float(np.median(diameter)))
-    side = np.broadcast_to(diameter, len(uv))[:, None] * scale.mean()
-    far = np.hypot(_ACROSS, _DOWN)
-    ring, disc = (far > _GROUND[0]) & (far < _GROUND[1]), far < _WINDOW + _STEP / 2
-    window = np.clip((_WINDOW - far[disc]) / _STEP + 0.5, 0, 1)
-
-    def samples(some):
-        """(N, P) grey levels around the positions."""
-        u, v = (position[:, axis, None] + side * along[some] for axis, along in enumerate((_ACROSS, _DOWN)))
-        return sign * cv2.remap(small, u.astype(np.float32), v.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    position = (np.asarray(uv, float) + 0.5) * scale - 0.5
-    ground = np.median(samples(ring), axis=1)[:, None]
-    for _ in range(_ROUNDS):
-        weight = np.maximum(samples(disc) - ground, 0) * window
-        total = np.maximum(weight.sum(axis=1), 1e-3)
-        position = position + side * np.stack([weight @ _ACROSS[disc], weight @ _DOWN[disc]], axis=1) / total[:, None]
-    level = np.maximum((weight**2).sum(axis=1) / total, 1.0)[:, None]
-    area = np.minimum(weight / level, 1).sum(axis=1) * (_STEP * side[:, 0])**2 / scale.prod()
-    return Dots((position + 0.5) / scale - 0.5, np.maximum(area, 1.0), _UNSURE * side[:, 0] / scale.mean())
+    small, scale, _ = reduced(grey, float(np.median(diameter)) if len(uv) else 1.0, np.uint8)
+    side = np.broadcast_to(diameter, len(uv)) * scale.mean()
+    found = _core.dots.centroids(small, sign, (np.asarray(uv, float) + 0.5) * scale - 0.5, side)
+    return Dots((found[:, :2] + 0.5) / scale - 0.5, np.maximum(found[:, 2] / scale.prod(), 1.0), _UNSURE * side / scale.mean())

@@ -75,6 +75,7 @@ _TAIL = 2.2  # blurs outside the dot's edge where the window ends: 1 % of the in
 _TAPER = 2.0  # px over which the window falls from one to zero
 _LEAST_HALF = 3  # px: a smaller patch has fewer independent directions than the basis
 _SECTORS = {(1, 1): 12, (1, -1): 8, (-1, 1): 8, (-1, -1): 4}  # parity down and across: dimensions. They shift positions by below 0.001 px
+_ITERATIONS = 3  # of a subspace twice as large as the basis: more change positions by below 0.0001 px
 _MODELS_FIRST = 1e3  # weight of the dots' images against the rows in the compression, so that its loss causes no bias
 _PER_SQUARE = 16.0  # entries of a profile per px^2 of squared radius
 _PER_DIAMETER = 10.0  # profiles per px of diameter
@@ -115,7 +116,7 @@ class DiscModel:
         modes, windows = (np.concatenate(parts) for parts in zip(*(self._linearised(reach, d) for d in self.diameters)))
         models = modes[:, :, :5]
         weighted = models * windows[:, :, None]
-        rows = np.linalg.solve(weighted.transpose(0, 2, 1) @ models, weighted.transpose(0, 2, 1))
+        rows = np.linalg.inv(weighted.transpose(0, 2, 1) @ models) @ weighted.transpose(0, 2, 1)
         basis, self.basis = _compression(rows, models[:, :, 0], self.half)
         shape = len(self.diameters), _PHASES, _PHASES
         gains = np.einsum('nij,nij->n', rows[:, 1:3], rows[:, 1:3]) / 2
@@ -140,29 +141,45 @@ class DiscModel:
 def _compression(rows, images, half):
     """(pixels, K) orthonormal basis of the dots' images and, with less weight, of the rows: leading principal directions of each parity;
     and (S, K) float32, the same for sums of mirrored pixels, where those on an axis count twice."""
-    flat = rows.reshape(-1, rows.shape[2])
-    flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
-    images = images / np.linalg.norm(images, axis=1, keepdims=True)
-    even = np.full((1, rows.shape[2]), rows.shape[2] ** -0.5)
-    directions = np.concatenate([flat, np.sqrt(_MODELS_FIRST) * images, np.sqrt(_MODELS_FIRST * len(images)) * even]).astype(np.float32)
-    parts = []
+    even, models_first = np.ones((1, rows.shape[2])), np.sqrt(_MODELS_FIRST)
+    flat, images, even = (part / np.sqrt(np.einsum('ij,ij->i', part, part))[:, None]
+                          for part in (rows.reshape(-1, rows.shape[2]).astype(np.float32), images.astype(np.float32), even))
+    directions = np.concatenate([flat, models_first * images, models_first * np.sqrt(len(images)) * even]).astype(np.float32)
+    side, parts = 2 * half + 1, []
     for parity, dimensions in _SECTORS.items():
-        mirrored = _mirrored(parity, half)
-        part = directions @ mirrored.astype(np.float32)
-        parts.append(mirrored @ np.linalg.eigh(part.T.astype(float) @ part)[1][:, :-dimensions - 1:-1])
+        part = directions.reshape(-1, side, side)
+        for axis, sign in enumerate(parity, 1):
+            part = _folded(part, sign, axis, half)
+        vectors = _leading(part.reshape(len(part), -1), dimensions).T.reshape(dimensions, *part.shape[1:])
+        for axis, sign in enumerate(parity, 1):
+            vectors = _unfolded(vectors, sign, axis)
+        parts.append(vectors.reshape(dimensions, -1).T)
     basis = np.concatenate(parts, axis=1)
-    folded = basis.reshape(2 * half + 1, 2 * half + 1, -1)[half:, half:].copy()
+    folded = basis.reshape(side, side, -1)[half:, half:].copy()
     folded[0] /= 2
     folded[:, 0] /= 2
     return basis, folded.reshape(-1, basis.shape[1]).astype(np.float32)
 
 
-def _mirrored(parity, half):
-    """(pixels, n) orthonormal patches with this parity, 1 or -1, down and across: one for each pixel and those that mirror it."""
-    line = np.arange(-half, half + 1)
-    axes = []
-    for sign in parity:
-        part = np.where(np.abs(line)[:, None] == np.arange(half + 1), np.where(line < 0, sign, 1)[:, None], 0.0)
-        part = part if sign > 0 else part[:, 1:]
-        axes.append(part / np.linalg.norm(part, axis=0))
-    return np.kron(*axes)
+def _folded(patches, sign, axis, half):
+    """Sums (sign 1) or differences of mirrored pixels along an axis, in an orthonormal basis; those on the middle have no difference."""
+    patches = np.moveaxis(patches, axis, 0)
+    pairs = (patches[half + 1:] + sign * patches[half - 1::-1]) / np.sqrt(2)
+    return np.moveaxis(np.concatenate([patches[half:half + 1], pairs]) if sign > 0 else pairs, 0, axis)
+
+
+def _unfolded(patches, sign, axis):
+    """The inverse of `_folded`."""
+    patches = np.moveaxis(patches, axis, 0)
+    middle, pairs = (patches[:1], patches[1:]) if sign > 0 else (np.zeros_like(patches[:1]), patches)
+    return np.moveaxis(np.concatenate([sign * pairs[::-1], np.sqrt(2) * middle, pairs]) / np.sqrt(2), 0, axis)
+
+
+def _leading(rows, count):
+    """(M, count) orthonormal: leading principal directions of rows (N, M), by subspace iteration (Golub and Van Loan, Matrix Computations,
+    8.2): eigenvectors of the whole matrix would take ten times as long."""
+    square = (rows.T @ rows).astype(float)
+    block = np.random.default_rng(0).normal(size=(len(square), 2 * count))
+    for _ in range(_ITERATIONS):
+        block = np.linalg.qr(square @ block)[0]
+    return block @ np.linalg.eigh(block.T @ square @ block)[1][:, :-count - 1:-1]

@@ -13,8 +13,6 @@ FARTHEST = 1e9  # px: positions beyond it are invalid
 
 _MAX_NEW_DISTANCE = 0.5  # spacings from where a lost track is expected: a nearer dot may be its own, and starts no track
 _MAX_COMMON_MOTION = 0.5  # spacings between two frames: beyond it the nearest dot is the neighbour's
-_NEIGHBOURS, _MIN_TRACKS = 8, 4  # of a dot, which move as it does; and tracks of which one is compared with the others
-_MAX_STRAIN = 0.5  # difference of a displacement from that of its neighbours over the nearest one's distance: beyond it the dot is another
 _CONFIRMED_S = 0.05  # s, that a dot which appears later is followed before it is reported: false ones last a frame or two
 _KEPT_S = 2.0  # s, that a lost track is kept
 _MIN_INTERVAL_S = 1e-6  # s, between two frames: bounds velocities
@@ -30,15 +28,6 @@ def link_positions(positions: np.ndarray, dots: np.ndarray, gate: float) -> np.n
     dot = dot[position]
     mutual = Neighbours(positions).query(dots[dot])[1] == position
     return np.stack([position, dot], axis=1)[mutual]
-
-
-def is_continuous(first: np.ndarray, now: np.ndarray) -> np.ndarray:
-    """(N,) bool: dots that have moved from first to now (N, 2) px as their neighbours have."""
-    if len(first) < _MIN_TRACKS:
-        return np.ones(len(first), bool)
-    distance, near = Neighbours(first).query(first, min(_NEIGHBOURS + 1, len(first)))
-    moved = now - first
-    return np.hypot(*(moved - np.median(moved[near[:, 1:]], axis=1)).T) < _MAX_STRAIN * distance[:, 1]
 
 
 #: A track: uv, first: px, last and first position; velocity: px/s; since_s, seen_s: stamps of the first and of the last frame with it.
@@ -123,7 +112,7 @@ class Linker:
         dot = links.dot[track]
         right = np.ones(len(track), bool)
         together = np.flatnonzero(tracks['since_s'][track] == tracks['since_s'].min())  # first positions of one state of the skin
-        right[together] = is_continuous(tracks['first'][track[together]], uv[dot[together]])
+        right[together] = _core.dots.continuous(tracks['first'][track[together]], uv[dot[together]])
         self.lost += links.ambiguous + np.count_nonzero(~right)
         track, dot = track[right], dot[right]
         if not len(track) or np.median(np.hypot(*(uv[dot] - tracks['uv'][track]).T)) > _MAX_COMMON_MOTION * links.spacing:

@@ -308,7 +308,8 @@ def _view(positions) -> np.ndarray:
         residual = target - now
         square = (residual[known]**2).sum(axis=1)
         kept = np.flatnonzero(known)[square <= _ranked(square, _GRID_KEPT / 100 * (len(square) - 1))]
-        change = np.linalg.lstsq(slope[kept].reshape(-1, len(values)), residual[kept].ravel(), rcond=_VIEW_RANK)[0]
+        slopes = slope[kept].reshape(-1, len(values))  # normal equations take a tenth of the time
+        change = np.linalg.lstsq(slopes.T @ slopes, slopes.T @ residual[kept].ravel(), rcond=_VIEW_RANK**2)[0]
         values += np.clip(change, -_VIEW_STEP, _VIEW_STEP)
     return seen(values).reshape(positions.shape)
 

@@ -9,10 +9,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from .. import _core
 from ..common.dots import Dots, DotTracks
 from ..core.errors import BadArgument, BadFrame
 from .detect import DotDetector
-from .links import Linker, is_continuous
+from .links import Linker
 from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
 
@@ -221,7 +222,7 @@ class DotTracker:
         kept = np.ones(len(id), bool)
         if self._auto:
             known = np.isfinite(duv[:, 0])
-            kept[known] = is_continuous((uv - duv)[known], uv[known])
+            kept[known] = _core.dots.continuous((uv - duv)[known], uv[known])
             self.links.lost += np.count_nonzero(~kept)
         return DotTracks(rows, columns, id[kept], uv[kept], dots.area[seen][kept], sigma[kept], duv[kept])
 

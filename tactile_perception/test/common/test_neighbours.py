@@ -23,18 +23,6 @@ def test_nearest_points_are_those_of_a_tree(points, queries, count):
     assert np.array_equal(index, expected[1])
 
 
-@pytest.mark.parametrize('distance', [0.0, 0.01, 0.1, 2.0])
-def test_pairs_are_those_of_a_tree(distance):
-    points = np.random.default_rng(1).uniform(size=(200, 2))
-    points[7] = points[3]
-    found = set(zip(*(each.tolist() for each in Neighbours(points).pairs_within(distance))))
-    assert found == {tuple(sorted(pair)) for pair in cKDTree(points).query_pairs(distance)}
-
-
-def test_pairs_of_no_points_are_none():
-    assert all(len(each) == 0 for each in Neighbours(np.zeros((0, 2))).pairs_within(1.0))
-
-
 def test_normal_distribution_function():
     x = np.linspace(-8, 8, 99)
     assert normal_cdf(x) == pytest.approx(ndtr(x), abs=1e-15)
