@@ -87,9 +87,11 @@ class ContactTracker:
         kept = [j for j, one in enumerate(self._last) if may_continue(one.seen_s, self._stamp_s, stamp_s)]
         if len(self._owner) != size:
             return [self._last[j] for j in kept], np.zeros(size, int)
+        if len(kept) == len(self._last):
+            return self._last, self._owner
         number = np.zeros(len(self._last) + 1, int)
         number[np.array(kept, int) + 1] = np.arange(len(kept)) + 1
-        return [self._last[j] for j in kept], self._owner if len(kept) == len(self._last) else number[self._owner]
+        return [self._last[j] for j in kept], number[self._owner]
 
 
 def _matched(shared: list[list[int]], regions: list[Moments], last: list[TrackedContact], reach: float) -> dict[int, int]:

@@ -52,6 +52,13 @@ def matrix_of_quaternion(quaternion: np.ndarray) -> np.ndarray:
                      [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
+def principal_values(matrix: np.ndarray) -> tuple[float, float]:
+    """Smaller and larger eigenvalue of a symmetric matrix (2, 2)."""
+    (a, b), (_, c) = matrix.tolist()
+    middle, half = 0.5 * (a + c), math.hypot(0.5 * (a - c), b)
+    return middle - half, middle + half
+
+
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross product of component-first arrays (3, ...): np.cross without its copies. For arrays (..., 3): cross(a.T, b.T).T."""
     out = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))

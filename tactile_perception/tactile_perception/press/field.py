@@ -213,7 +213,7 @@ class RestMarkers:
         uv[id] = rest
         id, area = id[still], area[still]
         counts[id] += 1
-        weight = np.clip(1 / counts[id], min(min_weight, 1.0), 1.0)
+        weight = np.maximum(1 / counts[id], min(min_weight, 1.0))  # at most 1: each has been counted
         mean[id] = np.where(counts[id] == 1, area, mean[id] + weight * (area - mean[id]))
         return uv, mean, counts
 

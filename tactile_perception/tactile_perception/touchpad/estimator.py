@@ -72,13 +72,14 @@ class ContactEstimator:
     calibration : CalibrationFile, optional
         Provides the calibrated range and the range error.
     rest : RestPositions, optional
-        Reference positions, shared with the DotPositions of the same images; an own set by default.
+        Reference positions of the DotPositions of the same images, which updates them; an own set by default.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping, calibration: CalibrationFile | None = None,
                  rest: RestPositions | None = None):
         self._sensor = sensor
         self._rest, self._version = rest or RestPositions(sensor.cap, camera, sensor.rows, sensor.columns), 0
+        self._updates_rest = rest is None
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
         self._pose = ObjectPose()
         self._contacts = ContactFinder(sensor.cap, *_calibrated_reach(calibration))
@@ -111,7 +112,7 @@ class ContactEstimator:
                            f'{self._sensor.rows} and {self._sensor.columns}')
         if tracks.xyz is None:
             raise BadFrame('dots have no 3D positions: a calibrated camera is needed')
-        version = self._rest.update(tracks)
+        version = self._rest.update(tracks) if self._updates_rest else self._rest.version
         if version != self._version:
             self._method.set_rest(self._rest.xyz)
             self._version = version

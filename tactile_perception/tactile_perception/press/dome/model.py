@@ -7,12 +7,13 @@ table of starts.
 """
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ... import _core
-from ...common.geometry import cross
+from ...common.geometry import cross, principal_values
 from ...common.marker_sensor import MarkerSensor, first_touch_height
 from ...core.errors import BadArgument
 from ..constants import DOME, PRESS
@@ -316,7 +317,7 @@ class DomeModelMethod:
         touches = [self._touch(found, k) for k in range(len(found.presses))]
         radius = self.calibration.library.plan.radius
         return [touch for touch in touches if touch.depth > DOME.sure * touch.depth_sigma
-                and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * DOME.sure < radius]
+                and math.sqrt(principal_values(touch.covariance[:2, :2])[1]) * DOME.sure < radius]
 
     def find(self, field: MarkerField) -> DomeFound | None:
         """Find the presses of one frame; None without contact. Raises BadArgument for another pattern."""
@@ -335,7 +336,7 @@ class DomeModelMethod:
         """Whether the visible markers span a plane instead of a line or a point."""
         now = (field.rest + field.shift)[field.seen]
         now -= now.mean(axis=0)
-        return bool(np.linalg.eigvalsh(now.T @ now / len(now))[0] > max(self.sensor.pitch)**2)
+        return principal_values(now.T @ now / len(now))[0] > max(self.sensor.pitch)**2
 
     def _unsure(self, field: MarkerField, match: np.ndarray, found: DomeFound) -> DomeFound:
         """Increase the covariance of a faint press if two presses explain it better.

@@ -8,7 +8,7 @@ a matched filter.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -211,15 +211,22 @@ class CameraShifts:
                 camera_centres.append(camera_centre)
         return cls(np.array(camera_centres).reshape(-1, 3), np.zeros((len(camera_centres), 2)))
 
+    @cached_property
+    def _turn(self) -> np.ndarray:
+        """Rotation (2, 2) of row vectors by turned."""
+        cosine, sine = np.cos(self.turned), np.sin(self.turned)
+        return np.array([[cosine, sine], [-sine, cosine]])
+
     def shifted(self, field: MarkerField) -> MarkerField:
         """The field with corrected camera centres, in the frame of the sheet."""
-        cosine, sine = np.cos(self.turned), np.sin(self.turned)
-        turn, camera_centre = np.array([[cosine, sine], [-sine, cosine]]), field.camera_centre.copy()
+        turn, camera_centre = self._turn, field.camera_centre.copy()
         camera_centre[:, :2] = (camera_centre[:, :2] + self.shifts[self.number(field)]) @ turn + self.printed
         return replace(field, camera_centre=camera_centre, rest=field.rest @ turn + self.printed, shift=field.shift @ turn)
 
     def number(self, field: MarkerField) -> np.ndarray:
         """Number (K,) of the camera that observes each marker of a field with uncorrected camera centres."""
+        if len(self.camera_centres) == 1:
+            return np.zeros(len(field), int)
         return np.argmin(np.square(field.camera_centre[:, None] - self.camera_centres).sum(axis=2), axis=1)
 
 
