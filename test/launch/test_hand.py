@@ -4,14 +4,20 @@
 import os
 import signal
 
+import numpy as np
 import psutil
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
-from tactile_msgs.msg import ContactRegion, Contacts
+from tactile_bringup import share
+from tactile_bringup.hand.description import read_hand
+from tactile_bringup.nodes.hand_joints import JointPositions
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
+from tactile_msgs.msg import ContactRegion, Contacts, HandContacts
 
 HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'xyz': [0.1, 0.0, 0.0], 'rate': 50},
                     {'name': 'tip', 'type': 'psd_finger', 'parent': 'left_pad', 'rate': 500}]}
@@ -80,3 +86,48 @@ def test_the_example_hand_tells_all_it_feels(ros2, listen, composed):
     assert ear.wait_for(lambda: all(len(messages) > 100 for messages in ear.heard.values()), 120), launched.log
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('name', 'sensors'), [('gripper', ('array', 'pad')),
+                                               ('three_fingers', ('thumb_pad', 'index_pad', 'ring_tip', 'ring_array', 'palm'))])
+def test_a_moved_joint_carries_the_contacts_of_each_example_along(ros2, listen, name, sensors):
+    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', f'description:={share("urdf", f"{name}.urdf.xacro")}')
+    ear = listen({'/hand/contacts': HandContacts, '/joint_states': JointState, **{f'/{sensor}/contacts': Contacts for sensor in sensors}})
+    hand, positions = read_hand(share('urdf', f'{name}.urdf.xacro')), JointPositions()
+    given, errors, moved = {}, {sensor: [] for sensor in sensors}, {sensor: [] for sensor in sensors}
+
+    def compare():
+        """Each contact in the hand's frame with that of its sensor at the joint positions of its stamp."""
+        for message in drained(ear.heard['/joint_states']):
+            positions.add(message)
+        for sensor in hand.sensors:
+            for message in drained(ear.heard[f'/{sensor.name}/contacts']):
+                joints = positions.at(stamp_ns_of(message.header))
+                if set(hand.robot.positioned) <= set(joints):
+                    rotation, origin = hand.pose(sensor, joints)
+                    moved[sensor.name].append(origin)
+                    given[sensor.name] = [rotation.apply(numbers_of(each.position)) + origin for each in message.contacts]
+        for message in drained(ear.heard['/hand/contacts']):
+            for sensor, contact in zip(message.sensors, message.contacts, strict=True):
+                if given.get(sensor) and np.isfinite(numbers_of(contact.position)).all():
+                    errors[sensor].append(min(np.linalg.norm(numbers_of(contact.position) - each) for each in given[sensor]))
+        return all(len(found) > 100 for found in errors.values())
+    assert ear.wait_for(compare, 120), (launched.log, {sensor: len(found) for sensor, found in errors.items()})
+    carried = [sensor.name for sensor in hand.sensors if np.ptp(moved[sensor.name], axis=0).max() > 0.01]
+    assert len(carried) == {'gripper': 2, 'three_fingers': 4}[name], 'the palm stays'
+    for sensor in sensors:
+        assert np.median(errors[sensor]) < 2e-3, 'within the motion between two messages'
+    assert launched.interrupt() == 0, launched.log
+    assert launched.complaints == []
+
+
+def drained(messages):
+    """The messages that have come since the last call."""
+    found = list(messages)
+    del messages[:len(found)]
+    return found
+
+
+def numbers_of(point):
+    return np.array([point.x, point.y, point.z])

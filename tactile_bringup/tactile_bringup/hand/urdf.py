@@ -143,6 +143,11 @@ def read_robot(text: str) -> tuple[Robot, list[ElementTree.Element]]:
         raise BadArgument(f'is not valid XML: {error}') from error
     if page.tag != 'robot':
         raise BadArgument(f'the outermost element is {page.tag}, but must be robot')
+    sensors = page.findall('tactile_sensor')
+    names = [sensor.get('name') for sensor in sensors]
+    taken = next((name for name in names if names.count(name) > 1), None)
+    if taken is not None:  # before the links, which its macro makes twice, too
+        raise BadArgument(f'sensor {taken}: its name is taken; each needs a name of its own')
     links = [_attribute(link, 'name', 'a link') for link in page.findall('link')]
     joints: dict[str, Joint] = {}
     for element in page.findall('joint'):
@@ -162,7 +167,7 @@ def read_robot(text: str) -> tuple[Robot, list[ElementTree.Element]]:
         raise BadArgument(f'one link must have no parent, but {", ".join(roots) or "none"} has none')
     for link in links:
         _check_reached(link, joints)
-    return Robot(text, roots[0], joints), page.findall('tactile_sensor')
+    return Robot(text, roots[0], joints), sensors
 
 
 def _check_reached(link: str, joints: Mapping[str, Joint]) -> None:

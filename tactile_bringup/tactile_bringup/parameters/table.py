@@ -22,7 +22,7 @@ _TEXT = (
     Parameter('text.height', float, 0.0, 'm', 'height of the letters of a sensor of a hand; 0: in proportion to the sensor, a line for '
               'each quantity', 0.0, 10.0, read_only=True),
     Parameter('text.side', list[float], [1.0, 1.0, 0.0], '', 'where the text stands beside the sensor, in half widths, in the sensor frame',
-              -1.0, 1.0, read_only=True),
+              -2.0, 2.0, read_only=True),
     Parameter('text.up', list[float], [0.0, 0.0, 1.0], '', 'unit vector from a line of the text to the one above, in the sensor frame',
               -1.0, 1.0, read_only=True),
 )

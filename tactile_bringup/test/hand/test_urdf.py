@@ -7,8 +7,9 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from tactile_bringup import share
-from tactile_bringup.hand.configurations import main, rviz_configuration
+from tactile_bringup.hand.configurations import main, rviz_configuration, text_parameters
 from tactile_bringup.hand.description import read_hand
+from tactile_bringup.parameters.table import MARKERS_PARAMETERS
 from tactile_driver.errors import BadArgument
 
 PALM = '<link name="palm"/><link name="finger"/><link name="tip"/>'
@@ -53,6 +54,7 @@ def test_a_joint_that_mimics_another_needs_no_position_of_its_own(tmp_path):
     ((PALM, BEND, MOUNT, TIP.replace('link="tip"', 'link="top"')), 'sensor tip: there is no link top; the links are palm, finger, tip'),
     ((PALM, BEND, MOUNT, TIP.replace('link="tip"', 'link="finger"')), 'its link is finger, but must have the name of the sensor frame'),
     ((PALM, BEND, MOUNT, TIP, TIP), 'sensor tip: its name is taken'),
+    ((PALM, BEND, MOUNT, MOUNT, TIP, TIP), 'sensor tip: its name is taken'),
     ((PALM, BEND, MOUNT, TIP.replace('psd_finger', 'nose')), "sensor tip: type 'nose' is unknown; choose one of touchpad, "),
     ((PALM, BEND, MOUNT, TIP.replace('rate', 'speed')), "sensor tip: setting 'speed' is unknown; known are calibration, "),
     ((PALM, BEND, MOUNT, BEND, TIP), 'link finger is the child of two joints, bend and bend'),
@@ -87,6 +89,9 @@ def test_the_examples_that_ship(name, sensors, joints):
     hand = read_hand(share('urdf', f'{name}.urdf.xacro'))
     assert {sensor.name: sensor.type for sensor in hand.sensors} == sensors
     assert hand.robot.positioned == joints
+    rows = {row.name: row for row in MARKERS_PARAMETERS}
+    for values in (text_parameters(hand, sensor) for sensor in hand.sensors):
+        assert all(rows[name].lowest <= number <= rows[name].highest for name, own in values.items() for number in np.ravel(own))
 
 
 def test_the_sensors_of_the_gripper_face_each_other_and_move_apart():
