@@ -77,7 +77,7 @@ class PsdSerialSource(SerialSource):
         self._assembler = SampleAssembler(self._values['adc.full_scale'])
         self._poll_s = min(self._values['batch_period'], _LONGEST_POLL_S)
         self._pace = EvenPace(1 / self._poll_s)
-        self._waiting, self._due_s = [], 0.0
+        self._waiting, self._due_ns = [], 0
 
     @property
     def skipped(self) -> int:
@@ -86,12 +86,14 @@ class PsdSerialSource(SerialSource):
 
     def _poll(self) -> list[SampleBlock]:
         """Read the port; make blocks once per batch_period."""
-        wait_until(self._pace.next())
+        due_ns = self._pace.next()
+        wait_until(due_ns)
         frames, arrived_ns = self._received()
         self._waiting += frames
-        if not self._waiting or arrived_ns * 1e-9 < self._due_s:
+        if not self._waiting or due_ns < self._due_ns:
             return []
-        self._due_s = arrived_ns * 1e-9 + self._values['batch_period'] - 0.5 * self._poll_s
+        # From when the poll was due: from when a late one came, the next would come too early, and its samples would wait for another.
+        self._due_ns = due_ns + round((self._values['batch_period'] - 0.5 * self._poll_s) * NS)
         frames, self._waiting = self._waiting, []
         offset = stamp_of(arrived_ns, self._clock) - arrived_ns
         blocks = self._assembler.assemble(frames, arrived_ns)

@@ -113,6 +113,24 @@ def test_wrong_settings():
         PsdSerialSource(SETTINGS, lambda: 0)
 
 
+def test_samples_come_with_each_poll_also_after_a_late_one(monkeypatch):
+    now, late_ns = [10**9], iter([3_500_000, 0, 0])
+
+    def sleep(seconds):
+        now[0] += round(1e9 * seconds) + next(late_ns)
+    for module in (pacing, serial_port):
+        monkeypatch.setattr(module, 'time', SimpleNamespace(monotonic_ns=lambda: now[0], sleep=sleep))
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    source = PsdSerialSource({**SETTINGS, 'device': os.ttyname(slave), 'batch_period': 0.005}, lambda: now[0])
+    source.open()
+    for k in range(4):
+        os.write(master, write_frame(CountFrame(np.full((5, 4), 100), 5000 * k, 10**6, k, 16), SAMPLES))
+        assert len(source.read().volts) == 5
+    source.close()
+    os.close(master), os.close(slave)
+
+
 RATE = 10_000.0
 PERIOD_NS = round(1e9 / RATE)
 LIGHT = np.array([0.5, 0.8, 1.1, 0.4], np.float32)
