@@ -200,7 +200,7 @@ NOT_RUN = {
     r'(CASES=.* )?make test-hardware': 'boots a machine in QEMU; test/hardware is that test',
     r'make demo VIEW=1': 'installs an optional extra from the network; tactile_bringup/test/view tests what it starts',
     r'.*--scheduler': 'needs a cluster; tactile_perception/test/tools/test_many.py has a local one',
-    r'python3 -m pip install (rerun-sdk|distributed)': 'installs an optional extra from the network',
+    r'python3 -m pip install (rerun-sdk|distributed|mujoco)': 'installs an optional extra from the network',
     r'python3 test/benchmark/network.py': 'makes network namespaces, as root, for minutes; test/launch/test_network.py tests these',
     r'.*grasp.launch.py ros2_control:=true': 'needs mujoco_ros2_control, which comes with ROS 2 from apt; test/launch/test_grasp.py has a '
                                              'simulator with the same topics',

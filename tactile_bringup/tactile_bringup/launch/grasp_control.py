@@ -51,7 +51,8 @@ def ros2_control(held: HeldObject, pad: str, speed: float) -> RosControl:
     _check_packages()
     file = written('gripper_controllers.yaml', _controllers())
     own = {'output': 'screen', 'on_exit': end_if_wrong}
-    nodes = [Node(package='mujoco_ros2_control', executable='ros2_control_node', parameters=[{'use_sim_time': True}, file], **own),
+    nodes = [Node(package='mujoco_ros2_control', executable='ros2_control_node', parameters=[{'use_sim_time': True}, file],
+                  ros_arguments=['--log-level', 'gripper_controller:=warn'], **own),  # which else writes a line for each goal
              Node(package='controller_manager', executable='spawner', arguments=[*_CONTROLLERS, '--param-file', file], **own)]
     model = written('gripper.xml', simulator_text(held, pad))
     return RosControl(nodes, _elements(model, speed), [('gripper_cmd', '/gripper_controller/gripper_cmd')],

@@ -1,0 +1,41 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""grip_controller: the commands that a gripper's controller gets, of the type and under the name that it serves."""
+import pytest
+from control_msgs import action
+from rclpy.action import ActionServer
+from std_srvs.srv import Trigger
+
+from tactile_bringup.grasp.grip_controller_node import GripControllerNode
+from tactile_driver.nodes.runtime.host import Host
+
+
+@pytest.mark.parametrize('kind', ['GripperCommand', 'ParallelGripperCommand'])
+def test_a_gripper_of_either_type_is_closed_and_opened_under_a_name_of_its_own(bench, kind):
+    if not hasattr(action, kind):
+        pytest.skip(f'{kind} of control_msgs is not in the environment that setup.bash makes')
+    other, until = bench(lambda: GripControllerNode(Host(
+        ['-r', 'gripper_cmd:=/gripper_controller/gripper_cmd'],
+        {'closed_position': 0.8, 'open_position': -0.1, 'approach_force': 1.5, 'start_force': 3.0, 'max_force': 9.0})))
+    goals, answers = [], []
+
+    def execute(goal):
+        command = goal.request.command
+        goals.append((command.position, command.max_effort) if kind == 'GripperCommand' else (command.position[0], command.effort[0]))
+        goal.succeed()
+        return getattr(action, kind).Result()
+
+    def ask(service):
+        client = other.create_client(Trigger, f'/grip_controller/{service}')
+        assert until(client.service_is_ready)
+        answer = client.call_async(Trigger.Request())
+        assert until(answer.done)
+        answers.append(answer.result())
+        return answers[-1].success
+    assert not ask('grasp') and 'no gripper serves the action gripper_cmd' in answers[-1].message
+    server = ActionServer(other, getattr(action, kind), '/gripper_controller/gripper_cmd', execute)
+    assert until(lambda: ask('grasp')), answers[-1]
+    assert until(lambda: goals) and goals[-1] == pytest.approx((0.8, 1.5))
+    assert ask('release') and until(lambda: len(goals) > 1)
+    assert goals[-1] == pytest.approx((-0.1, 1.5))
+    server.destroy()
