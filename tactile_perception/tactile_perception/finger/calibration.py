@@ -15,43 +15,16 @@ from .._core import finger
 from ..common.geometry import error_angle
 from ..common.statistics import robust_sigma
 from ..core.errors import BadCalibration
+from .constants import FINGER
 from .map import CROSS, MIX, TOTAL, centroid, fit_equidistant_map, fit_light_shift, fit_smooth_map, level_basis, log_map
 from .model import LOAD_TERMS, Creep, FingerFit, FingerModel, cross_basis, features
 
 # Untouched samples before a press
-_REST_S, _GAP_S, _RECOVERY_S = 0.6, 0.03, 0.1  # s: their duration, the gap to the press, and the gap to the press before
-_MIN_REST_SAMPLES, _MIN_LINE_RESTS = 5, 4  # samples of one rest, and rests that determine a line of the offset
-_DRIFT_WINDOW_S = 2.0  # s around a press within which the drift of a room is straight
-_MAX_LINE_MISFIT = 3.0  # mean squared deviation from that line over the noise
-_REST_SIGMAS = 4.0  # standard deviations above the darkest samples, up to which samples count as untouched
 # Segments of a press
-_SEGMENT_RAD = 0.005  # spread of the normals of one position: 0.3 degrees, below the error of a map
-_SEGMENT_S = 0.05  # longest segment: force changes little within it
-_CONTACT_SIGMAS = 5.0  # standard deviations of the total, from which light counts as contact
 # Map, light and cross term
-_SAME_POSITION_RAD = 0.006  # within which presses are at one position: a little more than one segment spans
-_MIN_RADIAL, _MIN_SMOOTH = 16, 8  # positions for the radial trend, and for a Gaussian process: about 3 for each coefficient of the trend
-_MAX_POSITIONS = 250  # bounds the time of the fit, which grows with their cube
-_MAX_LOADS = 600  # segments: bounds the memory of the leave-one-out errors
-_MIN_CROSS_SHARE = 0.1  # of the variance of the cross term, that is not noise: the noise is known to a tenth
-_MIN_CROSS_SEGMENTS = 12  # two for each of the 6 coefficients
 # Range of a calibrated position (_reach), half widths: 1.5 spacings of the calibration close its gaps, within bounds.
-_REACH_SPACINGS, _MIN_REACH, _MAX_REACH = 1.5, 0.02, 0.25
 # Creep of the cover
-_MIN_CREEP_PRESSES = 6  # their scatter is then known to a third
-_MIN_CREEP_S = 0.06  # s that a press has to rest after its rise: twice the usual time constant of rubber
-_CREEP_TIMES_S = np.geomspace(0.005, 0.12, 49)  # time constants tried: shorter ones hardly matter, longer ones need long presses
-_CREEP_SIGMAS = 5.0  # standard errors of the share, from which it is used
-_CREEP_OF_POSITION = 0.8  # late share of the displacement over that of the light; 0.6 to 1 in simulated covers
-_MAX_CREEP = 0.2  # share: a cover that creeps more is no sensor
-_RELEASE_LIGHT = 0.97  # of the light of a press, above which it is not being released
 # Loads, and the light at first contact
-_MIN_LOADS = 12  # contacts: 1.5 for each of the 8 coefficients
-_MIN_LOAD_RATIO = 1.3  # largest load over the smallest one, which determines the slope
-_RIDGE = 1e-4  # for each contact; keeps the normal equations definite where all light is alike
-_LEVEL_TERMS = {12: 5, 6: 3, 3: 1}  # presses -> coefficients: two presses or more for each
-_MAX_ONSET = 0.35  # of the brightest light of a press: a brighter onset was labelled late
-_MIN_ONSETS = 0.6  # part of the onsets that must be labelled in time
 
 
 @dataclass(frozen=True)
@@ -138,7 +111,7 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
             light = np.mean([row[0] for row in segments], axis=0)
             onsets.append((light, sums[:2, TOTAL].mean() if begin else np.nan, sums[:, TOTAL].max()))
             lights.append((recording.period_s, sums[:, TOTAL]))
-        known = [rest for rest in untouched if len(rest) >= _MIN_REST_SAMPLES]
+        known = [rest for rest in untouched if len(rest) >= FINGER.min_rest_samples]
         rests += [(rest - rest.mean(0)) @ MIX for rest in known]
         rooms += [rest.mean(0) for rest in known]
     if not any(recording.touching.any() for recording in recordings):
@@ -164,13 +137,13 @@ def _offset(recording: Recording, runs: list[tuple[int, int]], untouched: list[n
     A line through the means of the untouched samples before the presses nearby, if they drift evenly, else the mean before this press; None
     where nothing precedes it.
     """
-    known = [k for k, rest in enumerate(untouched) if len(rest) >= _MIN_REST_SAMPLES]
+    known = [k for k, rest in enumerate(untouched) if len(rest) >= FINGER.min_rest_samples]
     if not known or known[0] > press:
         return None
     own = untouched[max(k for k in known if k <= press)].mean(0)
     times = np.array([runs[k][0] - runs[press][0] for k in known]) * recording.period_s
-    near = [(t, untouched[k]) for t, k in zip(times, known) if abs(t) < _DRIFT_WINDOW_S]
-    if len(near) < _MIN_LINE_RESTS:
+    near = [(t, untouched[k]) for t, k in zip(times, known) if abs(t) < FINGER.drift_window_s]
+    if len(near) < FINGER.min_line_rests:
         return own
     count = np.array([len(rest) for _, rest in near])
     means = np.array([rest.mean(0) for _, rest in near])
@@ -178,7 +151,7 @@ def _offset(recording: Recording, runs: list[tuple[int, int]], untouched: list[n
     basis = np.column_stack([np.ones(len(near)), [t for t, _ in near]])
     line = np.linalg.lstsq(basis * np.sqrt(count)[:, None], means * np.sqrt(count)[:, None], rcond=None)[0]
     misfit = (count[:, None] * (means - basis @ line) ** 2).sum() / (means.size - line.size)
-    return line[0] if misfit < _MAX_LINE_MISFIT * noise else own
+    return line[0] if misfit < FINGER.max_line_misfit * noise else own
 
 
 def _rest_before(recording: Recording, begin: int) -> np.ndarray:
@@ -186,29 +159,29 @@ def _rest_before(recording: Recording, begin: int) -> np.ndarray:
 
     A stage reports contact once it stands still, so the object may touch earlier than labelled.
     """
-    rest_length, gap, recovery = (int(seconds / recording.period_s) for seconds in (_REST_S, _GAP_S, _RECOVERY_S))
+    rest_length, gap, recovery = (int(seconds / recording.period_s) for seconds in (FINGER.rest_s, FINGER.gap_s, FINGER.recovery_s))
     before = np.flatnonzero(recording.touching[:begin])
     first = max(begin - rest_length, before[-1] + 1 + recovery if len(before) else 0)
     rest = recording.volts[first:max(begin - gap, first)]
     rest = rest[np.isfinite(rest).all(1)]
-    if len(rest) < _MIN_REST_SAMPLES:
+    if len(rest) < FINGER.min_rest_samples:
         return rest
     total = rest.sum(1)
     noise = 1.05 * np.median(np.abs(np.diff(total)))  # standard deviation from sample to sample: 1.4826 / sqrt(2) times the median
-    return rest[total <= np.percentile(total, 20) + _REST_SIGMAS * noise]
+    return rest[total <= np.percentile(total, 20) + FINGER.rest_sigmas * noise]
 
 
 def _segments(recording: Recording, sums: np.ndarray, begin: int, end: int, saturation: float) -> list[tuple]:
     """Rows of Segments of one press."""
     volts, normal = recording.volts[begin:end], recording.normal[begin:end]
-    floor = _CONTACT_SIGMAS * max(np.std(np.diff(sums[:, TOTAL])) / np.sqrt(2), 1e-9)
+    floor = FINGER.contact_sigmas * max(np.std(np.diff(sums[:, TOTAL])) / np.sqrt(2), 1e-9)
     with np.errstate(invalid='ignore'):
         is_usable = (volts < saturation).all(1) & np.isfinite(normal).all(1) & np.isfinite(sums).all(1) & (sums[:, TOTAL] > 0)
     is_usable &= sums[:, TOTAL] > min(floor, 0.5 * np.nanmax(sums[:, TOTAL]))
-    longest = max(int(_SEGMENT_S / recording.period_s), 1)
+    longest = max(int(FINGER.segment_s / recording.period_s), 1)
     rows, remaining = [], np.flatnonzero(is_usable)
     while len(remaining):
-        is_near = np.linalg.norm(normal[remaining] - normal[remaining[0]], axis=1) < _SEGMENT_RAD
+        is_near = np.linalg.norm(normal[remaining] - normal[remaining[0]], axis=1) < FINGER.segment_rad
         samples = remaining[:longest][np.logical_and.accumulate(is_near[:longest])]
         rows.append(_row(recording, sums, samples, begin))
         remaining = remaining[len(samples):]
@@ -264,7 +237,7 @@ def _positions(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
     found = []
     while free.any():
         first = np.flatnonzero(free)[0]
-        same = free & (error_angle(segments.normal, segments.normal[first]) < _SAME_POSITION_RAD)
+        same = free & (error_angle(segments.normal, segments.normal[first]) < FINGER.same_position_rad)
         weight = segments.count[same]
         sums = np.average(segments.sums[same], axis=0, weights=weight)[None]
         spot = centroid(sums)
@@ -273,7 +246,7 @@ def _positions(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
         found.append((spot[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)),
                       sums[0, TOTAL], segments.when[first]))
         free &= ~same
-    used = np.unique(np.linspace(0, len(found) - 1, min(len(found), _MAX_POSITIONS)).round().astype(int))
+    used = np.unique(np.linspace(0, len(found) - 1, min(len(found), FINGER.max_positions)).round().astype(int))
     return tuple(np.array(part) for part in zip(*(found[k] for k in used)))
 
 
@@ -283,14 +256,14 @@ def _smooth(spot, normal, noise, light, paper_errors):
     The map is None where the equidistant one predicts as well, the shift where the presses do not show one.
     """
     count = len(spot)
-    if count < _MIN_SMOOTH or np.linalg.matrix_rank(spot - spot.mean(0), tol=0.05) < 2:
+    if count < FINGER.min_smooth or np.linalg.matrix_rank(spot - spot.mean(0), tol=0.05) < 2:
         return None, None, paper_errors, [f'{count} positions: too few for a map of the distortion; using offset and scale of the paper']
-    terms = 5 if count >= _MIN_RADIAL else 3
+    terms = 5 if count >= FINGER.min_radial else 3
     smooth, shift, errors = _with_shift(spot, log_map(normal), noise, light, terms)
     if errors.mean() > paper_errors.mean():
         return None, None, paper_errors, [
             f'{count} positions: a map of the distortion predicts no better than offset and scale of the paper']
-    notes = [] if terms == 5 else [f'{count} positions: affine trend; {_MIN_RADIAL} allow a radial one']
+    notes = [] if terms == 5 else [f'{count} positions: affine trend; {FINGER.min_radial} allow a radial one']
     return smooth, shift, errors, notes
 
 
@@ -307,9 +280,9 @@ def _with_shift(spot, values, noise, light, terms):
 def _reach(spot: np.ndarray) -> float:
     """Half widths within which a calibrated spot covers its surroundings: 1.5 times the median distance to the third neighbour."""
     if len(spot) < 4:
-        return _MAX_REACH
+        return FINGER.max_reach
     distance = np.sort(np.linalg.norm(spot[:, None] - spot[None], axis=-1), axis=1)
-    return float(np.clip(_REACH_SPACINGS * np.median(distance[:, 3]), _MIN_REACH, _MAX_REACH))
+    return float(np.clip(FINGER.reach_spacings * np.median(distance[:, 3]), FINGER.min_reach, FINGER.max_reach))
 
 
 def _cross(segments: Segments, noise: float) -> tuple[np.ndarray | None, float]:
@@ -317,7 +290,7 @@ def _cross(segments: Segments, noise: float) -> tuple[np.ndarray | None, float]:
 
     The standard deviation is without that of the samples, whose variance is noise, V^2.
     """
-    if len(segments.count) < _MIN_CROSS_SEGMENTS:
+    if len(segments.count) < FINGER.min_cross_segments:
         return None, 0.0
     total = segments.sums[:, TOTAL]
     basis = cross_basis(centroid(segments.sums))
@@ -325,13 +298,13 @@ def _cross(segments: Segments, noise: float) -> tuple[np.ndarray | None, float]:
     found = segments.sums[:, CROSS] / total
     fitted = np.linalg.lstsq(basis * weight[:, None], found * weight, rcond=None)[0]
     whole, part = robust_sigma((found - basis @ fitted) * total) ** 2, float(np.median(noise / segments.count))
-    return fitted, float(np.sqrt(max(whole - part, _MIN_CROSS_SHARE * whole)))
+    return fitted, float(np.sqrt(max(whole - part, FINGER.min_cross_share * whole)))
 
 
 def _loads(segments: Segments, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Spots (N, 2), light (N,), V, and loads of some of the segments with known loads (M,)."""
     usable = np.flatnonzero(np.isfinite(known) & (known > 0))
-    usable = usable[np.unique(np.linspace(0, max(len(usable) - 1, 0), min(len(usable), _MAX_LOADS)).round().astype(int))]
+    usable = usable[np.unique(np.linspace(0, max(len(usable) - 1, 0), min(len(usable), FINGER.max_loads)).round().astype(int))]
     return centroid(segments.sums[usable]), segments.sums[usable, TOTAL], known[usable]
 
 
@@ -340,11 +313,11 @@ def fit_load(spot: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[np
 
     Raises BadCalibration for loads that are too few, too similar or not positive.
     """
-    if len(known) < _MIN_LOADS or not (known > 0).all() or known.max() < _MIN_LOAD_RATIO * known.min():
+    if len(known) < FINGER.min_loads or not (known > 0).all() or known.max() < FINGER.min_load_ratio * known.min():
         raise BadCalibration(f'{len(known)} contacts with known loads from {known.min(initial=np.inf):.3g} to {known.max(initial=0):.3g}; '
-                             f'{_MIN_LOADS} are needed, the largest {_MIN_LOAD_RATIO} times the smallest')
+                             f'{FINGER.min_loads} are needed, the largest {FINGER.min_load_ratio} times the smallest')
     basis = features(spot, light)
-    scale = _RIDGE * len(basis) * np.eye(LOAD_TERMS)
+    scale = FINGER.ridge * len(basis) * np.eye(LOAD_TERMS)
     scale[0, 0] = 0.0
     hat = basis @ np.linalg.solve(basis.T @ basis + scale, basis.T)
     fitted = np.linalg.solve(basis.T @ basis + scale, basis.T @ np.log(known))
@@ -358,10 +331,10 @@ def fit_touch_level(spot: np.ndarray, level: np.ndarray, brightest: np.ndarray, 
     level: (N,) V, light at each press's onset at spot (N, 2); brightest: (N,) V, of each press; noise: V, of the total. Raises
     BadCalibration where onsets were labelled too late or too early.
     """
-    usable = (level > noise) & (level < _MAX_ONSET * brightest)
-    if usable.sum() < max(3, _MIN_ONSETS * len(level)):
+    usable = (level > noise) & (level < FINGER.max_onset * brightest)
+    if usable.sum() < max(3, FINGER.min_onsets * len(level)):
         raise BadCalibration(f'light at the onset: only {usable.sum()} of {len(level)} presses are labelled in time')
-    terms = next(terms for presses, terms in _LEVEL_TERMS.items() if usable.sum() >= presses)
+    terms = next(terms for presses, terms in {12: 5, 6: 3, 3: 1}.items() if usable.sum() >= presses)  # two presses or more for each
     basis = level_basis(spot[usable], terms)
     fitted = np.linalg.lstsq(basis, level[usable], rcond=None)[0]
     residual = level[usable] - basis @ fitted
@@ -377,28 +350,30 @@ def fit_creep(lights: list[tuple[float, np.ndarray]]) -> Creep | None:
     lights: (s between samples, (N,) V light from before the press to its end) of each press.
     """
     held = [found for period, light in lights if (found := _held(period, light)) is not None]
-    if len(held) < _MIN_CREEP_PRESSES:
+    if len(held) < FINGER.min_creep_presses:
         return None
-    fits = [_best_share(held, seconds) for seconds in _CREEP_TIMES_S]
+    times = np.geomspace(0.005, 0.12, 49)  # s: shorter time constants hardly matter, longer ones need long presses
+    fits = [_best_share(held, seconds) for seconds in times]
     best = int(np.argmin([residual for _, _, residual in fits]))
     share, error, _ = fits[best]
-    if not (0 < best < len(fits) - 1 and _CREEP_SIGMAS * error < share < _MAX_CREEP):
+    if not (0 < best < len(fits) - 1 and FINGER.creep_sigmas * error < share < FINGER.max_creep):
         return None
-    return Creep(_CREEP_OF_POSITION * float(share), float(_CREEP_TIMES_S[best]))
+    return Creep(FINGER.creep_of_position * float(share), float(times[best]))
 
 
 def _held(period: float, light: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Times (N,), s, since the middle of a press's rise, and its light (N,) over its mean, while it rests; None where that is too short."""
     light = light[np.isfinite(light)]
-    if len(light) * period < _MIN_CREEP_S:
+    if len(light) * period < FINGER.min_creep_s:
         return None
     level = float(np.median(light[len(light) // 2:]))
     if not level > 0:
         return None
     low, middle, high = (int(np.argmax(light > part * level)) for part in (0.1, 0.5, 0.9))
     begin = middle + max(high - low, 2)
-    end = len(light) if light[-1] > _RELEASE_LIGHT * level else int(np.flatnonzero(light > _RELEASE_LIGHT * level)[-1]) - (high - low)
-    if (end - begin) * period < _MIN_CREEP_S:
+    held = light > FINGER.release_light * level
+    end = len(light) if held[-1] else int(np.flatnonzero(held)[-1]) - (high - low)
+    if (end - begin) * period < FINGER.min_creep_s:
         return None
     return period * (np.arange(begin, end) - middle), light[begin:end] / light[begin:end].mean()
 

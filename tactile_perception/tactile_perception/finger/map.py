@@ -68,7 +68,6 @@ class EquidistantMap:
 
 
 CELLS = 128  # along each axis: interpolation adds less than 0.02 degrees to a normal (a test holds it)
-_BLOCKS = 8  # of lines that are evaluated at a time
 
 
 def tabulated(evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -76,15 +75,12 @@ def tabulated(evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     along y: what the kernels interpolate bilinearly (src/finger/detector.hpp). Some lines at a time: all at once take 50 MB."""
     line = np.linspace(-1, 1, CELLS + 1)
     spots = np.stack(np.meshgrid(line, line), axis=-1)
-    values = np.concatenate([evaluate(lines.reshape(-1, 2)) for lines in np.array_split(spots, _BLOCKS)])
+    values = np.concatenate([evaluate(lines.reshape(-1, 2)) for lines in np.array_split(spots, 8)])
     return values.reshape(CELLS + 1, CELLS + 1, -1).astype(float)
 
 
 # Grid of hyperparameters that the likelihood selects from: lengths from the spacing of a dense calibration to the half width of the
 # detector, amplitudes from a tenth of a degree to the distortion of the paper's finger (6 degrees, fig 8).
-_LENGTHS = (0.15, 0.25, 0.4, 0.65, 1.0)  # half widths
-_AMPLITUDES = (0.003, 0.01, 0.03, 0.1)  # rad
-_LABEL_SIGMAS = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: errors of positions and labels beside the noise of the light
 
 
 def trend(spot: np.ndarray, terms: int) -> np.ndarray:
@@ -167,7 +163,9 @@ def fit_smooth_map(spot: np.ndarray, values: np.ndarray, noise: np.ndarray, term
 
     noise: (N,) rad, of each spot; terms: of the trend. Hyperparameters maximise the restricted likelihood over a grid.
     """
-    choices = itertools.product(_LENGTHS, _AMPLITUDES, _LABEL_SIGMAS)
+    lengths, amplitudes = (0.15, 0.25, 0.4, 0.65, 1.0), (0.003, 0.01, 0.03, 0.1)  # half widths, rad
+    label_sigmas = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: errors of positions and labels beside the noise of the light
+    choices = itertools.product(lengths, amplitudes, label_sigmas)
     best = max(choices, key=lambda hyper: _solved(spot, values, noise, terms, hyper)[0])
     _, slopes, weights, left_out = _solved(spot, values, noise, terms, best)
     return SmoothMap(spot, slopes, weights, *best, noise), left_out
@@ -183,7 +181,6 @@ def level_basis(spot: np.ndarray, terms: int) -> np.ndarray:
 # The patch of a stronger contact is larger and reaches farther to either side. More light arrives from the side of the pole than from that
 # of the rim, so the spot moves towards the pole as the light grows.
 _LIGHT_TERMS = 5  # of the logarithm of the typical light
-_MAX_RELATIVE = 1.0  # relative light up to which the shift is corrected: a calibration with a few forces shows no more
 _MAX_LOG = 20.0  # keeps the exponential finite far from calibrated spots
 
 
@@ -201,7 +198,8 @@ class LightShift:
 
     def relative(self, spot: np.ndarray, light: np.ndarray) -> np.ndarray:
         """Light (N,), V, over the typical one, minus 1, clipped to -1 to 1."""
-        return np.clip(light / self.light(spot) - 1, -_MAX_RELATIVE, _MAX_RELATIVE)
+        # relative light up to which the shift is corrected: a calibration with a few forces shows no more
+        return np.clip(light / self.light(spot) - 1, -1.0, 1.0)
 
     def bend(self, spot: np.ndarray) -> np.ndarray:
         """What a contact of twice the typical light adds to the map, (N, 2) rad."""
@@ -222,10 +220,6 @@ def fit_light_shift(spot: np.ndarray, values: np.ndarray, light: np.ndarray, smo
     return LightShift(typical, np.linalg.lstsq(basis.T @ weight @ basis, basis.T @ weight @ values, rcond=None)[0])
 
 
-_POLE_RADIUS = 0.05  # rad within which a contact counts as at the pole: 0.8 mm on the surface of the paper's finger
-_MIN_DISTANCE = 1e-6  # half widths, mean distance from the pole: guards the division of eq 5
-
-
 def fit_equidistant_map(spot: np.ndarray, normal: np.ndarray) -> tuple[EquidistantMap, list[str]]:
     """The map fitted to contacts at spots (N, 2), half widths, with known normals (N, 3), and notes on what was assumed.
 
@@ -237,7 +231,8 @@ def fit_equidistant_map(spot: np.ndarray, normal: np.ndarray) -> tuple[Equidista
     if not (np.isfinite(spot).all() and np.isfinite(normal).all()):
         raise BadCalibration('a contact\'s position or normal is not finite: leave it out of the recording')
     theta = np.linalg.norm(log_map(normal), axis=1)
-    pole, others = theta <= _POLE_RADIUS, theta > _POLE_RADIUS
+    pole = theta <= 0.05  # rad: 0.8 mm on the surface of the paper's finger
+    others = ~pole
     notes = []
     if pole.any():
         offset = spot[pole].mean(axis=0)
@@ -251,7 +246,7 @@ def fit_equidistant_map(spot: np.ndarray, normal: np.ndarray) -> tuple[Equidista
         notes.append(f'no contact away from the pole: the scale is the nominal {NOMINAL_BETA:.3f} rad per half width')
         return EquidistantMap(offset, NOMINAL_BETA), notes
     distance = float(np.linalg.norm(spot[others] - offset, axis=1).sum())
-    if not _MIN_DISTANCE * others.sum() < distance < np.inf:
+    if not 1e-6 * others.sum() < distance < np.inf:  # half widths, mean distance from the pole: guards the division of eq 5
         raise BadCalibration('contacts away from the pole have the detector position of the pole: check that light reaches the detector')
     return EquidistantMap(offset, float(theta[others].sum()) / distance), notes
 

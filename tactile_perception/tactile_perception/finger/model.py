@@ -18,7 +18,6 @@ from ..core.errors import BadCalibration
 from .map import NOMINAL_BETA, EquidistantMap, LightShift, SmoothMap, exp_map, level_basis, tabulated
 
 LOAD_TERMS = 8  # of features
-_NOMINAL_DEVIATION = np.pi / 18  # rad, of the uncalibrated map: above the largest error of the paper (6 degrees, fig 8)
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ class FingerModel:
     paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), NOMINAL_BETA))
     smooth: SmoothMap | None = None
     shift: LightShift | None = None
-    deviation: float = _NOMINAL_DEVIATION
+    deviation: float = np.pi / 18  # rad, of the uncalibrated map: above the largest error of the paper (6 degrees, fig 8)
     reach: float = 0.25
     level: np.ndarray | None = None
     level_limits: tuple[float, float, float] = (0.0, np.inf, np.inf)

@@ -21,7 +21,6 @@ from .model import FingerModel, read_psd
 from .parameters import PSD_PARAMETERS, make_finger
 
 _MIN_PERIOD_S, _MAX_PERIOD_S = 1e-7, 1.0  # between samples: faster than any converter, longer than a press
-_MAX_BLOCK_S = 3600.0  # a longer block has no valid sample_period
 _MAX_V = 1e6  # beyond every converter
 _MAX_STAMP_S = 2**31 - 1  # seconds of a stamp are an int32
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
@@ -148,7 +147,7 @@ class FingerStage(Stage):
             In ns; 0 where sample_period is not valid.
         """
         seconds = len(message.voltages) / 4 * message.sample_period
-        return round(seconds * NS) if 0 < seconds < _MAX_BLOCK_S else 0
+        return round(seconds * NS) if 0 < seconds < 3600.0 else 0  # a longer block has no valid sample_period
 
 
 def later(header: Header, seconds: float) -> Header:

@@ -32,9 +32,6 @@ from .map import direction, log_map
 from .model import psd_file
 from .parameters import PSD_PARAMETERS
 
-_TRUTH_AGE_S = 0.25  # age up to which the latest ground truth is valid
-_STAMP_TOLERANCE_S = 1e-6
-
 
 def read_recording(bag: Path, namespace: str) -> Recording:
     """Samples of one bag, each with the latest ground truth. Raises TactileError for a bag without voltages or truth."""
@@ -69,8 +66,8 @@ def _with_truth(volts: np.ndarray, times: np.ndarray, period: float, truths: lis
     """The samples with known contact state; samples with several contacts have no position."""
     rows = np.array([_reported(message.contacts) for _, message in truths])
     stamps = np.array([stamp for stamp, _ in truths])
-    last = np.searchsorted(stamps, times + _STAMP_TOLERANCE_S, side='right') - 1
-    known = (last >= 0) & (times - stamps[np.maximum(last, 0)] <= _TRUTH_AGE_S)
+    last = np.searchsorted(stamps, times + 1e-6, side='right') - 1
+    known = (last >= 0) & (times - stamps[np.maximum(last, 0)] <= 0.25)  # age up to which the latest ground truth is valid
     latest = rows[last[known]]
     return Recording(volts[known], period, latest[:, 0] > 0, latest[:, 1:4], latest[:, 4], latest[:, 5], times[known], name)
 
@@ -117,7 +114,6 @@ def report(fit: FingerFit) -> list[str]:
     return lines
 
 
-_BLOCK_S = 0.005  # duration of one message, the default of psd_node
 _CONTACT = 2  # value of phase in truth.npz
 
 
@@ -144,7 +140,7 @@ class PsdRecording:
         """Yield (stamp in ns, topic, message) in order: blocks of voltages, each followed by the ground truth at its first sample and at
         samples where contacts begin or end.
         """
-        numbers, count = TouchNumbers(), max(round(_BLOCK_S / self.period), 1)
+        numbers, count = TouchNumbers(), max(round(0.005 / self.period), 1)  # duration of one message, the default of psd_node
         normals, touching = self._normals(), self._truth['n_contacts'] * (self._truth['phase'] == _CONTACT)
         for begin in range(0, len(self), count):
             block = SampleBlock(self.volts[begin:begin + count], self._stamp(begin), self.period)

@@ -8,29 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import BadFrame
+from .constants import LAYER
 from .layer import DiscLoads, Layer
 
-MIN_DOTS = 6  # three parameters of a press and three of a shear
-MAX_CONTACTS = 4  # bounds the time of a frame
-
-# Priors
-_MEAN_STRESS = 0.7  # mean pressure over shear modulus. A ball on a thick incompressible layer has 1.7 a / R (Hertz); a / R about 0.4
-_STRESS_SPREAD = 0.35  # standard deviation of its logarithm: a factor of 1.4, as a / R from 0.3 to 0.6
-MODEL_ERROR = 0.1  # relative error of a displacement by a linear layer; the residuals of real presses are 0.1 to 0.3 of the displacement
-_SHIFT = 3e-5  # m, standard deviation of the shift of the gel against its camera, since the holder yields
-_CORRELATION_PITCHES = 2.0  # residuals of presses on real gels correlate by 0.1 at a distance of one pitch, by 0.02 at two
-_MAX_RESIDUAL_PITCHES = 0.3  # a larger residual is a dot that was taken for its neighbour
-
-# Evidence: twice the logarithm of a likelihood ratio
-_MIN_FIRST_EVIDENCE = 8.0  # for a disc in place of none, where dots have moved significantly
-_MIN_NEXT_EVIDENCE = 24.0  # for one disc more, which has six parameters: by chance once in 2,000 frames (chi-square)
-
-# Numerics: halved or doubled, they change no result by more than its standard deviation
-_MIN_RADIUS_PITCHES, _MAX_RADIUS_SIDES = 0.3, 0.4  # smallest disc that dots resolve; largest, of the shorter side of the dots' field
-_SEARCH_POSITIONS, _SEARCH_RADIUS_RATIO = 220, 1.4  # of the coarse search: number of positions, ratio of neighbouring radii
-_MAX_STEPS, _DAMPING, _TOLERANCE = 8, 1e-3, 1e-3  # of Gauss and Newton; tolerance in pitches and in the logarithm of the radius
-_DIFFERENCE = 1e-4  # step of a numerical derivative, in pitches or of the radius
-_RIDGE, _TINY = 1e-9, 1e-30  # of the largest sum of squares of a candidate; m^2, no force
+_TINY = 1e-30  # m^2, no force
 
 
 @dataclass(frozen=True)
@@ -74,20 +55,20 @@ class DiscFit:
     Notes
     -----
     The errors of the model are proportional to the displacements around a dot. A dot is therefore weighted by the inverse of its noise and
-    of MODEL_ERROR times the RMS displacement within about a pitch. The common scale of the weighted residuals is estimated from them.
+    of LAYER.model_error times the RMS displacement within about a pitch. The common scale of the weighted residuals is estimated from them.
     """
 
     def __init__(self, loads: DiscLoads, dots: np.ndarray, pitch: float, camera: np.ndarray):
         self.loads, self.dots, self.pitch, self.camera = loads, dots, pitch, camera
         self.low, self.high = dots.min(axis=0) - pitch / 2, dots.max(axis=0) + pitch / 2
         area = float((self.high - self.low).prod())
-        self.independent = max(area / (_CORRELATION_PITCHES * pitch)**2, 6.0)  # number of independent residuals
+        self.independent = max(area / (LAYER.correlation * pitch)**2, 6.0)  # number of independent residuals
         self._neighbours = np.exp(-((dots[:, None] - dots)**2).sum(axis=2) / (2 * pitch**2))
-        step = max(pitch / 2, float(np.sqrt(area / _SEARCH_POSITIONS)))
+        step = max(pitch / 2, float(np.sqrt(area / LAYER.search_positions)))
         x, y = (np.linspace(a, b, max(int((b - a) / step), 2)) for a, b in zip(self.low, self.high))
         centres = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         radii = np.geomspace(loads.radii[0], loads.radii[-1],
-                             int(np.log(loads.radii[-1] / loads.radii[0]) / np.log(_SEARCH_RADIUS_RATIO)) + 2)
+                             int(np.log(loads.radii[-1] / loads.radii[0]) / np.log(LAYER.search_ratio)) + 2)
         uniform = np.linalg.qr(uniform_motions(dots, dots.mean(axis=0), pitch))[0]
         self._bases = np.concatenate([self._search_basis(centres, radius, uniform) for radius in radii]).reshape(-1, 2 * len(dots))
         self._candidates = np.column_stack([np.tile(centres, (len(radii), 1)), np.repeat(radii, len(centres))])
@@ -98,14 +79,14 @@ class DiscFit:
         columns = columns - uniform @ (uniform.T @ columns)
         gram = columns.transpose(0, 2, 1) @ columns
         size = np.trace(gram, axis1=1, axis2=2)  # nearly 0 for a disc that moves no dot; the ridge makes such a candidate explain nothing
-        gram += (_RIDGE * max(float(size.max()), _TINY)) * np.eye(3)
+        gram += 1e-9 * max(float(size.max()), _TINY) * np.eye(3)
         return np.linalg.solve(np.linalg.cholesky(gram), columns.transpose(0, 2, 1))
 
     @staticmethod
     def loads_for(layer: Layer, dots: np.ndarray, pitch: float) -> DiscLoads:
         """Displacements under the discs that these dots can resolve."""
-        smallest = _MIN_RADIUS_PITCHES * pitch
-        return DiscLoads(layer, smallest, max(_MAX_RADIUS_SIDES * float((np.ptp(dots, axis=0) + pitch).min()), 2 * smallest))
+        smallest = LAYER.min_radius * pitch
+        return DiscLoads(layer, smallest, max(LAYER.max_radius * float((np.ptp(dots, axis=0) + pitch).min()), 2 * smallest))
 
     def solve(self, seen: np.ndarray, displacements: np.ndarray, sigma: float) -> list[Disc]:
         """Fit the contacts of one frame.
@@ -131,11 +112,11 @@ class DiscFit:
         """
         for _ in range(2):  # the second time without dots that were taken for their neighbours
             discs, residual = self._contacts(seen, displacements, sigma)
-            mistaken = seen & (np.abs(residual).max(axis=1) > _MAX_RESIDUAL_PITCHES * self.pitch)
+            mistaken = seen & (np.abs(residual).max(axis=1) > LAYER.max_residual * self.pitch)
             if not mistaken.any():
                 break
             seen = seen & ~mistaken
-            if seen.sum() < MIN_DOTS:
+            if seen.sum() < LAYER.min_dots:
                 raise BadFrame(f'no press explains the displacements of {mistaken.sum()} of {len(seen)} dots; check the dots in '
                                'image_annotated')
         return discs
@@ -149,9 +130,9 @@ class DiscFit:
         """Contacts, and the residuals (D, 2) in m, 0 where not seen. A further disc must have evidence and overlap no other."""
         problem = _Problem(self, seen, displacements, sigma)
         found, shapes = problem.without_discs(), np.zeros((0, 4))
-        while len(shapes) < MAX_CONTACTS:
+        while len(shapes) < LAYER.max_contacts:
             start, explained = self._search(_filled(self.dots, seen, found.residual), shapes)
-            coarse, needed = (1 - explained) * found.squares, _MIN_NEXT_EVIDENCE if len(shapes) else _MIN_FIRST_EVIDENCE
+            coarse, needed = (1 - explained) * found.squares, LAYER.next_evidence if len(shapes) else LAYER.first_evidence
             if problem.evidence(found.squares, coarse) < needed / 2:
                 break  # refinement does not double the evidence
             trial = problem.refine(problem.with_likely_stress(np.vstack([shapes[:, :3], start])), problem.scale(coarse))
@@ -179,7 +160,7 @@ class _Problem:
         self.fit, self.seen, self.dots = fit, seen, fit.dots[seen]
         uniform, moved = uniform_motions(self.dots, fit.dots.mean(axis=0), fit.pitch), displacements[seen].ravel()
         own = (moved - uniform @ np.linalg.lstsq(uniform, moved, rcond=None)[0]).reshape(-1, 2)
-        variance = sigma**2 + MODEL_ERROR**2 * (fit.neighbours(seen) @ (own**2).sum(axis=1))
+        variance = sigma**2 + LAYER.model_error**2 * (fit.neighbours(seen) @ (own**2).sum(axis=1))
         self.weights = np.repeat(sigma / np.sqrt(variance), 2)
         self._uniform = np.linalg.qr(self.weights[:, None] * uniform)[0]
         self.data = self._weighted(moved)
@@ -219,7 +200,7 @@ class _Problem:
         presses = np.pi * shapes[:, 2]**2 * shapes[:, 3]
         unpressed = self.data - sum((c[:, 2] * press for c, press in zip(columns, presses)), np.zeros(len(self.data)))
         prior = np.zeros(linear.shape[1])
-        prior[:2] = (scale / _SHIFT)**2
+        prior[:2] = (scale / LAYER.shift)**2
         inverse = np.linalg.inv(linear.T @ linear + np.diag(prior)) @ linear.T
         best = inverse @ unpressed
         return _Evaluation(self, shapes, columns, linear, inverse, np.column_stack([best[2:].reshape(-1, 2), presses]),
@@ -229,14 +210,14 @@ class _Problem:
         """(K, 4): shapes (K, 3) with the mean pressure of each that fits best within two standard deviations of its prior."""
         matrix = np.concatenate([self.columns(shape[:2], shape[2]) for shape in shapes], axis=1)
         presses = np.linalg.lstsq(matrix, self.data, rcond=None)[0][2::3]
-        low, high = _MEAN_STRESS * np.exp([-2 * _STRESS_SPREAD, 2 * _STRESS_SPREAD])
+        low, high = LAYER.mean_stress * np.exp([-2 * LAYER.stress_spread, 2 * LAYER.stress_spread])
         return np.column_stack([shapes, np.clip(presses / (np.pi * shapes[:, 2]**2), low, high)])
 
     def refine(self, shapes: np.ndarray, scale: float) -> _Evaluation:
         """Gauss-Newton on the shapes (K, 4) with shift and shears eliminated (variable projection in Kaufman's form); scale: m, of a
         residual at the start."""
-        fit, current, damping = self.fit, self.evaluate(shapes, scale), _DAMPING
-        for _ in range(_MAX_STEPS):
+        fit, current, damping = self.fit, self.evaluate(shapes, scale), LAYER.damping
+        for _ in range(8):  # Gauss-Newton
             scale = self.scale(current.squares)
             vector, jacobian = current.vector(scale), current.jacobian(scale)
             normal = jacobian.T @ jacobian
@@ -246,10 +227,10 @@ class _Problem:
             radius = np.clip(current.shapes[:, 2] * np.exp(step[:, 2]), fit.loads.radii[0], fit.loads.radii[-1])
             trial = self.evaluate(np.column_stack([centre, radius, current.shapes[:, 3] * np.exp(step[:, 3])]), scale)
             if np.sum(trial.vector(scale)**2) >= vector @ vector:
-                damping = 25 * max(damping, _DAMPING)
+                damping = 25 * max(damping, LAYER.damping)
                 continue
             current, damping = trial, damping / 5
-            if np.abs(step).max() < _TOLERANCE:
+            if np.abs(step).max() < 1e-3:  # pitches, and logarithm of the radius
                 break
         return current
 
@@ -285,22 +266,22 @@ class _Evaluation:
 
     def vector(self, scale: float) -> np.ndarray:
         """Residuals over their scale in m, and those of the prior of the mean pressure."""
-        return np.concatenate([self.residuals / scale, np.log(self.shapes[:, 3] / _MEAN_STRESS) / _STRESS_SPREAD])
+        return np.concatenate([self.residuals / scale, np.log(self.shapes[:, 3] / LAYER.mean_stress) / LAYER.stress_spread])
 
     def derivatives(self) -> np.ndarray:
         """(2 S, 4 K): derivatives of the displacements by the centres in pitches and by the logarithms of radii and mean pressures."""
         problem, found = self.problem, []
         for shape, force, columns in zip(self.shapes, self.force, self.columns):
-            shifted = problem.columns(shape[:2] + _DIFFERENCE * problem.fit.pitch * np.eye(2), shape[2])
-            larger = problem.columns(shape[:2], shape[2] * (1 + _DIFFERENCE)) * np.array([1.0, 1.0, (1 + _DIFFERENCE)**2])
-            found += [(other - columns) @ force / _DIFFERENCE for other in (*shifted, larger)] + [columns[:, 2] * force[2]]
+            shifted = problem.columns(shape[:2] + LAYER.difference * problem.fit.pitch * np.eye(2), shape[2])
+            larger = problem.columns(shape[:2], shape[2] * (1 + LAYER.difference)) * np.array([1.0, 1.0, (1 + LAYER.difference)**2])
+            found += [(other - columns) @ force / LAYER.difference for other in (*shifted, larger)] + [columns[:, 2] * force[2]]
         return np.array(found).T
 
     def jacobian(self, scale: float) -> np.ndarray:
         """(2 S + K, 4 K): derivatives of vector."""
         derivatives, count = self.derivatives(), len(self.shapes)
         prior = np.zeros((count, 4 * count))
-        prior[np.arange(count), np.arange(3, 4 * count, 4)] = 1 / _STRESS_SPREAD
+        prior[np.arange(count), np.arange(3, 4 * count, 4)] = 1 / LAYER.stress_spread
         return np.concatenate([-(derivatives - self.linear @ (self.inverse @ derivatives)) / scale, prior])
 
     def is_separate(self) -> bool:
@@ -321,8 +302,8 @@ class _Evaluation:
         full = np.concatenate([self.derivatives().reshape(-1, count, 4), self.linear[:, 2:].reshape(-1, count, 2)], axis=2)
         full = np.concatenate([full.reshape(-1, 6 * count), self.linear[:, :2]], axis=1) / scale
         prior = np.zeros((count + 2, 6 * count + 2))
-        prior[np.arange(count), np.arange(3, 6 * count, 6)] = 1 / _STRESS_SPREAD
-        prior[-2:, -2:] = np.eye(2) / _SHIFT
+        prior[np.arange(count), np.arange(3, 6 * count, 6)] = 1 / LAYER.stress_spread
+        prior[-2:, -2:] = np.eye(2) / LAYER.shift
         rows = np.concatenate([full, prior])
         size = np.sqrt((rows**2).sum(axis=0))
         inverse = np.linalg.pinv((rows / size).T @ (rows / size)) / np.outer(size, size)

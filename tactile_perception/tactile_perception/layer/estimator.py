@@ -15,19 +15,12 @@ from ..common.statistics import robust_sigma
 from ..common.surface import Moments, axes
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints, dot_points
 from ..core.errors import BadArgument, BadFrame
-from .discs import MIN_DOTS, MODEL_ERROR, Disc
+from .constants import LAYER
+from .discs import Disc
 from .undeformed import UndeformedDots, layer_of
 
 MAX_PX = 1e5  # no camera has so many pixels
 
-_MIN_NOISE_PX = 0.05  # light that shifts as the skin tilts moves a dot by so much; no detector is better on a moving gel
-_PRIOR_NOISE_PX = 0.1  # noise of a detector of dots, before two frames have shown it
-_PRESSED_SIGMAS = 5.0  # three dots displaced by so many standard deviations are a press: by chance never, and one mistaken dot is none
-_KEPT_SHARE, _RECOVERY_S = 0.1, 10.0  # prior: share of a press's displacement that silicone keeps; s in which it falls to a third
-_MIN_FORCE_SIGMAS = 2.0  # a pressing force below so many standard deviations is unknown
-_MIN_SLIP_SIGMAS = 3.0  # shear over pressure must have changed by so many since the press began before slip is reported
-_DEPTH_ERROR, _FORCE_ERROR = 0.1, 0.03  # relative standard deviations, measured on simulated gels
-_OUTLINE_VERTICES = 32
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -61,21 +54,21 @@ class DotNoise:
     """Decides whether something presses on the dots, and measures their noise while nothing does."""
 
     def __init__(self):
-        self._previous, self._sum, self._count = None, _PRIOR_NOISE_PX**2, 1.0
+        self._previous, self._sum, self._count = None, LAYER.prior_noise_px**2, 1.0
         self._largest_px, self._stamp_s = 0.0, 0.0  # largest displacement of the presses so far, as it fades
 
     @property
     def sigma(self) -> float:
         """Standard deviation of a coordinate of a dot in px."""
-        return max(float(np.sqrt(self._sum / self._count)), _MIN_NOISE_PX)
+        return max(float(np.sqrt(self._sum / self._count)), LAYER.min_noise_px)
 
     def is_pressed(self, tracks: DotTracks, stamp_s: float) -> bool:
         """Whether three dots of the next frame are displaced by more than noise and what the last press may leave in the skin explain. If
         not, the frame counts in the noise."""
         displacement = float(np.sort(np.abs(tracks.duv).max(axis=1))[-3])
-        self._largest_px *= float(np.exp(-max(stamp_s - self._stamp_s, 0.0) / _RECOVERY_S))
+        self._largest_px *= float(np.exp(-max(stamp_s - self._stamp_s, 0.0) / LAYER.recovery_s))
         self._stamp_s = stamp_s
-        if displacement > _PRESSED_SIGMAS * self.sigma + _KEPT_SHARE * self._largest_px:
+        if displacement > LAYER.pressed_sigmas * self.sigma + LAYER.kept_share * self._largest_px:
             self._previous, self._largest_px = None, max(displacement, self._largest_px)
             return True
         if self._previous is not None:
@@ -90,8 +83,8 @@ class DotNoise:
 def known_dots(tracks: DotTracks, name: str) -> DotTracks:
     """The dots whose undeformed positions are known; name: of the dots in messages. Raises BadFrame for fewer than MIN_DOTS."""
     known = ((np.abs(tracks.duv) < MAX_PX) & (np.abs(tracks.uv) < MAX_PX)).all(axis=1)
-    if known.sum() < MIN_DOTS:
-        raise BadFrame(f'{known.sum()} {name} with a known undeformed position; {MIN_DOTS} are needed: check the view, or take a new '
+    if known.sum() < LAYER.min_dots:
+        raise BadFrame(f'{known.sum()} {name} with a known undeformed position; {LAYER.min_dots} are needed: check the view, or take a new '
                        'reference')
     return tracks.take(known)
 
@@ -116,7 +109,7 @@ class GelEstimator:
         For values that do not describe a gel.
     """
 
-    def __init__(self, values: Mapping, centre: np.ndarray | None = None, focal: float = 0.0, force_error: float = _FORCE_ERROR):
+    def __init__(self, values: Mapping, centre: np.ndarray | None = None, focal: float = 0.0, force_error: float = 0.03):
         layer_of(values)
         self._force_error = force_error
         self._values, self._friction = values, values['gel.friction']
@@ -217,8 +210,8 @@ class GelEstimator:
         moved, to_position = drag * disc.force[:2], np.hstack([np.eye(2), np.zeros((2, 1)), drag * np.eye(2), np.zeros((2, 1))])
         depth = force * loads.depression(disc.radius) if self._values['gel.thickness'] > 0 else np.nan
         covariance = np.zeros((3, 3))
-        covariance[:2, :2] = to_position @ disc.covariance @ to_position.T + (MODEL_ERROR * np.hypot(*moved))**2 * np.eye(2)
-        covariance[2, 2] = depth**2 * (_DEPTH_ERROR**2 + disc.covariance[5, 5] / force**2)
+        covariance[:2, :2] = to_position @ disc.covariance @ to_position.T + (LAYER.model_error * np.hypot(*moved))**2 * np.eye(2)
+        covariance[2, 2] = depth**2 * (LAYER.depth_error**2 + disc.covariance[5, 5] / force**2)
         flags = AT_EDGE if self._undeformed.at_edge(disc) else 0
         position = np.append(disc.centre + moved, -depth)
         return ContactEstimate(0, position, UP.copy(), depth, force * self._modulus, covariance, flags, members)
@@ -266,7 +259,7 @@ class GelSlip:
         ratio, sigma = force[:2] / -force[2], float(np.sqrt(sum(np.trace(d.covariance[3:5, 3:5]) for d in discs))) / -force[2]
         if self._start is None or not self._has_changed and sigma < self._start[1] / 2:  # a light press shows its shear poorly
             self._start = ratio, sigma
-        self._has_changed |= bool(np.hypot(*(ratio - self._start[0])) > _MIN_SLIP_SIGMAS * np.hypot(sigma, self._start[1]))
+        self._has_changed |= bool(np.hypot(*(ratio - self._start[0])) > LAYER.min_slip_sigmas * np.hypot(sigma, self._start[1]))
         fraction = 1 - (1 - min(float(np.hypot(*ratio)) / self._friction, 1.0))**(2 / 3)
         self._state = next_state(self._state, fraction if self._has_changed else 0.0)
         velocity = np.full(3, 0.0 if self._state == NONE else np.nan)  # the dots do not show how fast the object moves over the gel
@@ -275,14 +268,14 @@ class GelSlip:
 
 def _known_force(disc: Disc) -> np.ndarray:
     """(3,) m^2: the force of a disc; its pressing component is NaN if it is not significant."""
-    is_significant = -disc.force[2] > _MIN_FORCE_SIGMAS * np.sqrt(disc.covariance[5, 5])
+    is_significant = -disc.force[2] > LAYER.min_force_sigmas * np.sqrt(disc.covariance[5, 5])
     return np.array([*disc.force[:2], disc.force[2] if is_significant else np.nan])
 
 
 def _describe(region: ContactRegionEstimate, centres: np.ndarray, radii: np.ndarray, step: float) -> None:
     """Fill in the shape of the region, which is of discs at centres (K, 3) with radii (K,), m; step: m, of its outlines."""
-    angle = np.linspace(0, 2 * np.pi, _OUTLINE_VERTICES, endpoint=False)
-    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(_OUTLINE_VERTICES)], axis=1)
+    angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
+    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(32)], axis=1)
     (x, y, _), areas = centres.T, np.pi * radii**2
     second = areas @ np.stack([x**2 + radii**2 / 4, x * y, y**2 + radii**2 / 4], axis=1)
     total = Moments(float(areas.sum()), areas.sum() * UP, areas @ centres, second)

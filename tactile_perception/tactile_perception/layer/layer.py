@@ -8,13 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import BadArgument
-
-_MAX_DISTANCE_THICKNESSES = 8.0  # beyond, a load on a bonded layer moves nothing: displacements decay as exp(-pi/2 r/h) or faster
-# Numerics: halved or doubled, no displacement changes by more than 0.1 % of the largest (_RADIUS_RATIO: 0.5 %)
-_PHASE_STEP = 0.4  # rad, step of the quadrature at the largest distance
-_TABLE_DISTANCES = 160  # entries of a table, denser near the load
-_MAX_PHASE = 15.0  # rad: wave number times radius at which the spectrum of a disc is cut off smoothly
-_RADIUS_RATIO = 1.15  # of neighbouring tables, between which displacements are interpolated
+from .constants import LAYER
 
 
 @dataclass(frozen=True)
@@ -93,13 +87,13 @@ class Layer:
 
 def _wave_numbers(smallest: float, reach: float) -> np.ndarray:
     """(K,) 1/m, at equal steps, of a quadrature for discs from a radius in m, and distances up to reach in m."""
-    step = _PHASE_STEP / reach
-    return np.arange(step / 2, _MAX_PHASE / smallest, step)
+    step = LAYER.phase_step / reach
+    return np.arange(step / 2, LAYER.max_phase / smallest, step)
 
 
 def _weights(k: np.ndarray, radius: float) -> np.ndarray:
     """(K,) 1/m^2: weights of wave numbers at equal steps in the quadrature over the plane, for a disc of a radius in m."""
-    return np.exp(-(k * radius / _MAX_PHASE)**2 * 4) * k * (k[1] - k[0]) / (2 * np.pi)
+    return np.exp(-(k * radius / LAYER.max_phase)**2 * 4) * k * (k[1] - k[0]) / (2 * np.pi)
 
 
 def _ball(x: np.ndarray) -> np.ndarray:
@@ -122,7 +116,7 @@ def depressions(layer: Layer, radii: np.ndarray) -> np.ndarray:
     ndarray, shape (N,)
         m, for a pressing force of 1 m^2 times the shear modulus.
     """
-    k = _wave_numbers(float(np.min(radii)), max(_MAX_DISTANCE_THICKNESSES * layer.thickness, 2 * float(np.max(radii))))
+    k = _wave_numbers(float(np.min(radii)), max(LAYER.max_distance * layer.thickness, 2 * float(np.max(radii))))
     up = Layer(layer.thickness, layer.poisson, 0.0).waves(k)['pressed_up']
     return np.array([-(_ball(k * radius) * _weights(k, radius)) @ up for radius in radii])
 
@@ -143,13 +137,13 @@ class DiscLoads:
     def __init__(self, layer: Layer, smallest: float, largest: float):
         from scipy.special import j0, j1  # 0.1 s that only gels need
         self.layer = layer
-        self.radii = np.geomspace(smallest, largest, int(np.ceil(np.log(largest / smallest) / np.log(_RADIUS_RATIO))) + 1)
-        reach = max(_MAX_DISTANCE_THICKNESSES * layer.thickness, 2 * largest)
-        self._distances = reach * np.linspace(0.0, 1.0, _TABLE_DISTANCES)**1.5
+        self.radii = np.geomspace(smallest, largest, int(np.ceil(np.log(largest / smallest) / np.log(LAYER.radius_ratio))) + 1)
+        reach = max(LAYER.max_distance * layer.thickness, 2 * largest)
+        self._distances = reach * np.linspace(0.0, 1.0, LAYER.table_distances)**1.5
         k = _wave_numbers(smallest, reach)
         wave, surface = layer.waves(k), Layer(layer.thickness, layer.poisson, 0.0).waves(k)
         mean, half = (wave['along'] + wave['across']) / 2, (wave['across'] - wave['along']) / 2
-        self._tables, self._depressions = np.zeros((len(self.radii), 5, _TABLE_DISTANCES)), np.zeros(len(self.radii))
+        self._tables, self._depressions = np.zeros((len(self.radii), 5, LAYER.table_distances)), np.zeros(len(self.radii))
         self._drags = np.zeros(len(self.radii))
         angle = np.outer(self._distances, k)
         bessel = [j0(angle), j1(angle)]

@@ -18,8 +18,7 @@ from ..bags.stamped import TRUE_WRENCH, find_prefix
 from ..common.progress import progress
 from ..core.errors import BadCalibration, BadFrame
 from ..core.stage import Stage
-
-_MIN_FRAMES = 5  # with the same load, for a median that one bad frame does not change
+from .constants import LAYER
 
 
 class Load(NamedTuple):
@@ -100,9 +99,9 @@ def _loads_of(bag: Path, stage: Stage, sigma_of: Callable, namespace: str, weigh
     for frame in frames:
         if frame.newtons > 0:
             groups[f'{frame.newtons:.1e}'].append(frame)
-    loads = [Load(*np.median(group, axis=0)) for group in groups.values() if len(group) >= _MIN_FRAMES]
+    loads = [Load(*np.median(group, axis=0)) for group in groups.values() if len(group) >= LAYER.min_frames]
     if not loads:
-        raise BadCalibration(f'{bag}: fewer than {_MIN_FRAMES} images show a press with a known force; record the untouched gel for a '
+        raise BadCalibration(f'{bag}: fewer than {LAYER.min_frames} images show a press with a known force; record the untouched gel for a '
                              'second, then a ball on the gel with the weight on the ball'
                              + (f'; last problem: {left_out[-1]}' if left_out else ''))
     return loads

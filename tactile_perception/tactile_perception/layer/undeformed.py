@@ -9,16 +9,9 @@ import numpy as np
 
 from ..common.dots import DotTracks
 from ..core.errors import BadFrame
+from .constants import LAYER
 from .discs import Disc, DiscFit
 from .layer import Layer
-
-_MIN_UNKNOWN_THICKNESS_PITCHES = 2.0  # a thickness that is not given is half the shorter side of the dots' field, but at least this
-_VIEW_DEG = 60.0  # prior: angle of view of an uncalibrated camera along the longer side; lenses of webcams have 50 to 75 degrees
-_MIN_DOTS_FOR_TILT = 16  # twice the parameters of a homography
-_MIN_PERSPECTIVE = 0.1  # of the scale in the middle: no gel is seen so obliquely that a pixel shows ten times the length
-_MAX_DRIFT_PITCHES = 0.25  # a dot whose undeformed position differs by more is another dot
-_MAX_NEW_SHARE = 0.2  # of a frame's dots; if more are new, the undeformed gel is measured again
-_MIN_PITCH, _MAX_PITCH = 0.02, 4.0  # thicknesses: below, a press moves all dots alike; above, only one dot
 
 
 class UndeformedDots:
@@ -65,15 +58,15 @@ class UndeformedDots:
         self.metres = scale or values['gel.pitch'] / near
         self.pitch = near * self.metres
         side = self.metres * float((high - low).min())
-        layer = layer_of(values, max(side / 2, _MIN_UNKNOWN_THICKNESS_PITCHES * self.pitch))
-        if not _MIN_PITCH * layer.thickness < self.pitch < _MAX_PITCH * layer.thickness:
+        layer = layer_of(values, max(side / 2, 2.0 * self.pitch))  # a thickness that is not given
+        if not LAYER.min_pitch * layer.thickness < self.pitch < LAYER.max_pitch * layer.thickness:
             raise BadFrame(f'the dots are {self.pitch:.3g} m apart on a gel {layer.thickness:.3g} m thick; check the parameters gel.scale, '
                            'gel.pitch and gel.thickness, or take a new reference')
         self._grid, self._index = (tracks.rows, tracks.columns), {number: k for k, number in enumerate(tracks.id.tolist())}
         width = float((high - low).max() if centre is None else 2 * centre.max())
         dots = self.to_plane(self._reference)
         self._low, self._high = dots.min(axis=0), dots.max(axis=0)
-        camera = self._camera(focal or width / 2 / np.tan(np.radians(_VIEW_DEG / 2)))
+        camera = self._camera(focal or width / 2 / np.tan(np.radians(LAYER.view_deg / 2)))
         self.fit = DiscFit(DiscFit.loads_for(layer, dots, self.pitch), dots, self.pitch, camera)
 
     def _camera(self, focal: float) -> np.ndarray:
@@ -85,22 +78,22 @@ class UndeformedDots:
     def to_plane(self, uv: np.ndarray) -> np.ndarray:
         """Positions (N, 2) on the gel in m of image positions (N, 2) in px."""
         offset = uv - self._centre
-        return self.metres * offset / np.maximum(1 + offset @ self._perspective, _MIN_PERSPECTIVE)[:, None]
+        return self.metres * offset / np.maximum(1 + offset @ self._perspective, LAYER.min_perspective)[:, None]
 
     def to_image(self, xy: np.ndarray) -> np.ndarray:
         """Image positions (N, 2) in px of positions (N, 2) on the gel in m."""
         offset = np.asarray(xy) / self.metres
-        return self._centre + offset / np.maximum(1 - offset @ self._perspective, _MIN_PERSPECTIVE)[:, None]
+        return self._centre + offset / np.maximum(1 - offset @ self._perspective, LAYER.min_perspective)[:, None]
 
     def _rows_of(self, tracks: DotTracks) -> np.ndarray:
         """(N,) index of each dot of a frame among the undeformed ones, -1 for one that is not among them."""
         rows = np.array([self._index.get(number, -1) for number in tracks.id.tolist()])
-        has_drifted = np.abs(tracks.rest_uv - self._reference[rows]).max(axis=1) > _MAX_DRIFT_PITCHES * self.pitch / self.metres
+        has_drifted = np.abs(tracks.rest_uv - self._reference[rows]).max(axis=1) > LAYER.max_drift * self.pitch / self.metres
         return np.where(has_drifted, -1, rows)
 
     def shows(self, tracks: DotTracks) -> bool:
         """Whether nearly all dots of a frame are among the undeformed ones."""
-        return (tracks.rows, tracks.columns) == self._grid and np.mean(self._rows_of(tracks) < 0) <= _MAX_NEW_SHARE
+        return (tracks.rows, tracks.columns) == self._grid and np.mean(self._rows_of(tracks) < 0) <= LAYER.max_new_share
 
     def displacements(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
         """Which of the undeformed dots are seen (D,), and their displacements (D, 2), m."""
@@ -139,7 +132,7 @@ def _spacing(tracks: DotTracks, positions: np.ndarray) -> float:
 
 def _perspective(tracks: DotTracks, centre: np.ndarray) -> np.ndarray:
     """(2,) 1/px: coefficients g of the map offset / (1 + g . offset) from image offsets from the centre to the plane; 0 without a grid."""
-    if not tracks.rows or len(tracks) < _MIN_DOTS_FOR_TILT:
+    if not tracks.rows or len(tracks) < LAYER.min_dots_for_tilt:
         return np.zeros(2)
     row, column = np.divmod(tracks.id, tracks.columns)
     if len(set(row.tolist())) < 3 or len(set(column.tolist())) < 3:

@@ -16,18 +16,9 @@ from ..common.statistics import robust_sigma
 from ..core.errors import BadCalibration
 from .circles import Circle
 from .colour import NormalEquations, features, image_positions
+from .constants import PHOTOMETRIC
 from .model import DepthModel, Reconstruction, averaged, deeper_half
 from .surface import bend
-
-_MIN_PRESSES = 6  # for a polynomial that changes linearly over the image, and one press left out
-_INNER = 0.6  # of the found radius: certainly on the ball. The skin leaves the ball gradually, and the circle is found up to half larger
-_MAX_CIRCLE = 1.6  # radii of the ball: a circle that it makes is smaller, and is found up to half larger
-_STEEPEST = 0.85  # sine of the slope of a ball up to which its skin follows it; the camera sees no steeper one from above
-_UNLIKE = 4.0  # robust standard deviations of the logarithm of the relative error of slopes from which a press is left out
-_USUAL_SPREAD = 0.25  # standard deviation of that logarithm over good presses, at least
-_OUTSIDE = 2.2  # radii of the circle from which on the skin is taken for flat
-_FLAT_PIXELS = 2000  # of each press, drawn from those outside; as many as within a circle
-_BACKGROUND_WIDTH = 32  # px
 
 
 class Press(NamedTuple):
@@ -93,11 +84,11 @@ class BallFit:
     """
 
     def __init__(self, presses: list[Press], radius: float):
-        if len(presses) < _MIN_PRESSES:
-            raise BadCalibration(f'{len(presses)} presses of a ball were found, {_MIN_PRESSES} are needed; press it at twenty positions '
-                                 'all over the gel, and lift it in between')
+        if len(presses) < PHOTOMETRIC.min_presses:
+            raise BadCalibration(f'{len(presses)} presses of a ball were found, {PHOTOMETRIC.min_presses} are needed; press it at twenty '
+                                 'positions all over the gel, and lift it in between')
         found = float(np.median([press.circle.radius for press in presses]))
-        if found > _MAX_CIRCLE * radius:
+        if found > PHOTOMETRIC.max_circle * radius:
             raise BadCalibration(f'the presses make circles of {found / radius:.1f} times the radius of the ball; check the radius of the '
                                  'ball in m, and gel.scale for the resolution of these images')
         self.presses, self.radius, self.left_out = list(presses), radius, []
@@ -105,7 +96,8 @@ class BallFit:
         self._position = image_positions(shape)
         self._y, self._x = np.mgrid[:shape[0], :shape[1]].astype(np.float32)
         self._rng = np.random.default_rng(0)
-        self.circles = [press.circle._replace(radius=min(_INNER * press.circle.radius, _STEEPEST * radius)) for press in presses]
+        self.circles = [press.circle._replace(radius=min(PHOTOMETRIC.inner * press.circle.radius, PHOTOMETRIC.steepest * radius))
+                        for press in presses]
         self._add_up()
         for _ in range(2):
             self.circles = [self._centred(k) for k in range(len(self.presses))]
@@ -127,17 +119,18 @@ class BallFit:
         while True:
             error = np.log([self._misfit(k) for k in range(len(self.presses))])
             middle = np.median(error)
-            spread = max(float(robust_sigma(error - middle)), _USUAL_SPREAD)
+            spread = max(float(robust_sigma(error - middle)), PHOTOMETRIC.usual_spread)
             worst = int(np.argmax(error))
-            if error[worst] - middle < _UNLIKE * spread:
+            if error[worst] - middle < PHOTOMETRIC.unlike * spread:
                 return
             self._drop(worst, 'its slopes differ from those that the other presses predict')
 
     def _drop(self, k: int, reason: str) -> None:
         """Leave out a press. Raises BadCalibration where too few remain."""
-        if len(self.presses) == _MIN_PRESSES:
-            raise BadCalibration(f'{len(self.presses)} presses of a ball were found that agree with each other, and {_MIN_PRESSES} are '
-                                 'needed; press it at twenty positions all over the gel, and lift it in between')
+        if len(self.presses) == PHOTOMETRIC.min_presses:
+            raise BadCalibration(f'{len(self.presses)} presses of a ball were found that agree with each other, and '
+                                 f'{PHOTOMETRIC.min_presses} are needed; press it at twenty positions all over the gel, and lift it in '
+                                 'between')
         self.left_out.append(f'{self.presses[k].name}: {reason}')
         self._total = self._total - self._sums[k]
         for kept in (self.presses, self.circles, self._sums):
@@ -164,13 +157,13 @@ class BallFit:
         return x, y, np.hypot(x, y)
 
     def _outside(self, k: int, distance: np.ndarray) -> np.ndarray:
-        return (distance > max(_OUTSIDE * self.presses[k].circle.radius, 1.5 * self.radius)) & ~self.presses[k].hidden
+        return (distance > max(PHOTOMETRIC.outside * self.presses[k].circle.radius, 1.5 * self.radius)) & ~self.presses[k].hidden
 
     def _equations(self, k: int) -> NormalEquations:
         """Of the pixels of one press on the ball, and of as many outside."""
         press, (seen, slope) = self.presses[k], self._on_ball(k)
         flat = self._outside(k, self._offsets(k)[2])
-        flat &= self._rng.random(flat.shape) < _FLAT_PIXELS / max(flat.sum(), 1)
+        flat &= self._rng.random(flat.shape) < PHOTOMETRIC.flat_pixels / max(flat.sum(), 1)
         return NormalEquations.of(seen, slope) + NormalEquations.of(features(press.change[flat], self._position[flat]),
                                                                     np.zeros((np.count_nonzero(flat), 2)))
 
@@ -208,7 +201,7 @@ class BallFit:
     def _model(self, coefficients: np.ndarray, backgrounds: list[np.ndarray]) -> DepthModel:
         """A model without errors."""
         rows, columns = self._x.shape
-        size = _BACKGROUND_WIDTH, max(round(rows * _BACKGROUND_WIDTH / columns), 1)
+        size = 32, max(round(rows * 32 / columns), 1)  # px
         small = cv2.resize(np.mean(backgrounds, axis=0, dtype=np.float32), size, interpolation=cv2.INTER_AREA)
         return DepthModel(coefficients, self._noise, small.astype(float), 1.0, 1.0, 1.0, 1.0)
 
@@ -236,7 +229,7 @@ class BallFit:
         found = float(depth[distance < max(0.1 * circle.radius, 1.0)].mean() - depth[edge].mean())
         _, middle = deeper_half(depth, distance < press.circle.radius)
         flat, curved = self._outside(k, distance), bend(slope)
-        free = changed & (depth > 0) & (curved > 0) & (distance > circle.radius) & (distance < _OUTSIDE * press.circle.radius)
+        free = changed & (depth > 0) & (curved > 0) & (distance > circle.radius) & (distance < PHOTOMETRIC.outside * press.circle.radius)
         return (float((depth - ball)[inside].std()), found - cap, cap, middle - (circle.x, circle.y),
                 float(np.sqrt(np.mean(depth[flat]**2))) if flat.any() else 0.0,
                 np.array([curved[free] @ depth[free], curved[free] @ curved[free]]))

@@ -8,6 +8,8 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from .constants import PHOTOMETRIC
+
 #: Powers of blue, green and red, up to the third order: light that falls at an angle changes by its cosine, and shadows saturate.
 _POWERS = [tuple(one.count(channel) for channel in range(3)) for order in (1, 2, 3)
            for one in combinations_with_replacement(range(3), order)]
@@ -15,7 +17,6 @@ _POWERS = [tuple(one.count(channel) for channel in range(3)) for order in (1, 2,
 #: of near lamps is not even.
 _LINEAR, _SQUARED = 3, 3
 FEATURES = _LINEAR * len(_POWERS) + _SQUARED * 3
-_RIDGE = 3e-5  # prior: variance of the noise over that of a coefficient, of features around 1. Ten times more: three times the errors
 
 
 def features(change: np.ndarray, position: np.ndarray) -> np.ndarray:
@@ -68,4 +69,4 @@ class NormalEquations:
 
     def solve(self) -> np.ndarray:
         """(FEATURES, 2) coefficients of the most probable polynomial."""
-        return np.linalg.solve(self.matrix + _RIDGE * self.count * np.eye(len(self.matrix)), self.right)
+        return np.linalg.solve(self.matrix + PHOTOMETRIC.ridge * self.count * np.eye(len(self.matrix)), self.right)

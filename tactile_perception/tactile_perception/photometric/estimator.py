@@ -16,18 +16,11 @@ from ..common.estimates import AT_EDGE, NONE, ContactEstimate, ContactRegionEsti
 from ..common.surface import Moments, axes
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints
 from ..core.errors import BadFrame
+from .constants import PHOTOMETRIC
 from .force import ForceLaw
 from .markers import dot_states
 from .model import SIGNIFICANT, DepthModel, Reconstruction, deeper_half
 from .observation import WORKING_WIDTH, Background, relative_change, to_working_size
-
-_FIELD_TOLERANCE = 0.06  # relative difference of the fields of two images; rows of a background are rounded by 4 % at most
-_UNTOUCHED_S = 1.0  # over which the untouched gel is averaged
-_MIN_PIXELS = 81  # of a contact, working px: the square over which changes of colour are averaged
-_FLANK_SIDE = 5  # px, side of the square whose dilation of a part of the skin shows what is around it
-_POINT_STEP = 8  # working px, from one surface point to the next
-_STEEP_ERROR = 0.5  # prior: relative standard deviation of a slope steeper than those of the calibration
-_MAX_JUMP = 0.05  # widths of the image over which a contact may move from frame to frame, from border to border
 
 
 @dataclass(frozen=True)
@@ -148,7 +141,7 @@ class PhotometricEstimator:
         patches, labels = self._patches(touching, depth, pixel)
         region = self._region(patches, depth, pixel)
         tracked = self._tracker.assign(labels, [(patch.label, patch.moments) for patch in patches],
-                                       _MAX_JUMP * WORKING_WIDTH * pixel, stamp_s)
+                                       PHOTOMETRIC.max_jump * WORKING_WIDTH * pixel, stamp_s)
         contacts = [replace(self._contact(patch, depth, slope, pixel), id=one.number) for patch, one in zip(patches, tracked)]
         points = partial(self._points, depth, slope, region.dot_state, pixel)
         return PhotometricResult(region, contacts, self._wrench(patches, contacts), points, depth, touching, pixel)
@@ -159,7 +152,7 @@ class PhotometricEstimator:
             raise BadFrame(f'the image is another size than the untouched gel ({working.shape[1]} x {working.shape[0]} working px); '
                            'call set_reference after a change of the camera')
         self._start_s = stamp_s if self._start_s is None else self._start_s
-        if self._background is not None and stamp_s - self._start_s >= _UNTOUCHED_S:
+        if self._background is not None and stamp_s - self._start_s >= PHOTOMETRIC.untouched_s:
             return
         self._count += 1
         self._mean = working.copy() if self._mean is None else self._mean + (working - self._mean) / self._count
@@ -172,7 +165,7 @@ class PhotometricEstimator:
         rows, columns = self._model.background.shape[:2]
         field, known = self._scale * image.shape[1], self._model.field
         stretched = image.shape[0] * columns / image.shape[1] / rows
-        if known and abs(field / known - 1) > _FIELD_TOLERANCE or abs(stretched - 1) > _FIELD_TOLERANCE:
+        if known and abs(field / known - 1) > PHOTOMETRIC.field_tolerance or abs(stretched - 1) > PHOTOMETRIC.field_tolerance:
             raise BadFrame(f'the image of {image.shape[1]} x {image.shape[0]} px shows {1e3 * field:.1f} mm of the gel by gel.scale, and '
                            f'those of the calibration show {1e3 * known:.1f} mm or have another ratio of width to height; set the camera '
                            'to the resolution of the calibration, or gel.scale to the length that a pixel shows now')
@@ -183,7 +176,7 @@ class PhotometricEstimator:
         found = []
         for label in sorted(range(1, count), key=lambda one: -sizes[one, cv2.CC_STAT_AREA]):
             mask = labels == label
-            if sizes[label, cv2.CC_STAT_AREA] < _MIN_PIXELS or (found and is_on_flank(depth, mask)):
+            if sizes[label, cv2.CC_STAT_AREA] < PHOTOMETRIC.min_pixels or (found and is_on_flank(depth, mask)):
                 labels[mask] = 0
                 continue
             left, top, columns, rows = sizes[label, :4]
@@ -211,7 +204,8 @@ class PhotometricEstimator:
         state = np.zeros(depth.shape, np.uint8)
         for patch in patches:
             state[patch.mask] = STICKING
-        nodes = state[_POINT_STEP // 2::_POINT_STEP, _POINT_STEP // 2::_POINT_STEP].ravel()
+        every = slice(PHOTOMETRIC.point_step // 2, None, PHOTOMETRIC.point_step)
+        nodes = state[every, every].ravel()
         region = ContactRegionEstimate(np.arange(nodes.size), np.where(nodes, STICKING, NON_CONTACT).astype(np.uint8))
         if not patches:
             return region
@@ -252,7 +246,7 @@ class PhotometricEstimator:
         deepest, centre = deeper_half(depth, patch.mask)
         position = np.append((centre - (np.array(depth.shape[::-1]) - 1) / 2) * pixel, -deepest)
         model, width = self._model, depth.shape[1] * pixel
-        steep = _STEEP_ERROR * pixel * self._reconstruction.uncertain_depth(slope, patch.mask)
+        steep = PHOTOMETRIC.steep_error * pixel * self._reconstruction.uncertain_depth(slope, patch.mask)
         covariance = np.diag([(model.position_sigma * width)**2] * 2 + [
             (model.depth_sigma * width)**2 + (model.slope_error * deepest)**2 + steep**2])
         is_at_edge = patch.mask[[0, -1]].any() or patch.mask[:, [0, -1]].any()
@@ -261,7 +255,7 @@ class PhotometricEstimator:
 
     def _points(self, depth: np.ndarray, slope: np.ndarray, state: np.ndarray, pixel: float) -> SurfacePoints:
         """The surface as a grid of points."""
-        every = slice(_POINT_STEP // 2, None, _POINT_STEP)
+        every = slice(PHOTOMETRIC.point_step // 2, None, PHOTOMETRIC.point_step)
         z = -depth[every, every].astype(float)
         nodes = np.zeros(depth.shape, bool)
         nodes[every, every] = True
@@ -284,5 +278,6 @@ def _mean_normal(down: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 def is_on_flank(depth: np.ndarray, mask: np.ndarray) -> bool:
     """Whether the skin around a part of it is deeper than that itself: it is on the flank of another dent, and no dent of its own."""
-    around = cv2.dilate(mask.astype(np.uint8), np.ones((_FLANK_SIDE, _FLANK_SIDE), np.uint8)) > 0
+    # px, side of the square whose dilation of a part of the skin shows what is around it
+    around = cv2.dilate(mask.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     return bool(depth[around & ~mask].max(initial=-np.inf) > depth[mask].max())

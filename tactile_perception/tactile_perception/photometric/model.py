@@ -12,6 +12,7 @@ import numpy as np
 from ..core.calibration_file import AGAIN, fitted_arrays
 from ..core.errors import BadCalibration
 from .colour import FEATURES, features, image_positions
+from .constants import PHOTOMETRIC
 from .surface import Integrator, bend, fill_hidden
 
 #: px of a working image: changes are averaged over a square of this side before they are judged; a fifth of the smallest contact.
@@ -19,9 +20,6 @@ _WINDOW = 9
 #: Squared distance, in standard deviations of the averaged change, beyond which the skin has a slope: chi-squared of three colours, one
 #: false pixel in a million.
 _CHANGED = 30.7
-_MEDIAN_STEP = 4  # px, from one to the next of the pixels whose median is the depth of the untouched skin
-_DENT_SKIRTS = 2.0  # skirts beside an object, in which its dent is
-_SPECKLE = 5  # px, side of the square in which the most of the pixels decide about contact: half of a window
 #: Of the bend that the skin beside an object has in the mean: a skin that bends back by less lies on an object. A flat object has none.
 _FREE = 0.15
 #: Standard deviations of the depth of an untouched skin from which on a skin is dented.
@@ -101,7 +99,7 @@ class Reconstruction:
         slope[seen] = features(change[seen], self._position[seen]) @ self._coefficients
         slope = fill_hidden(slope, hidden & changed)
         depth = self._integrator.depth(slope)
-        some = depth[::_MEDIAN_STEP, ::_MEDIAN_STEP], changed[::_MEDIAN_STEP, ::_MEDIAN_STEP]
+        some = depth[::4, ::4], changed[::4, ::4]  # the median of so many is the depth of the untouched skin
         untouched = some[0][~some[1]]
         return depth - np.float32(np.median(untouched if len(untouched) else depth)), slope, changed
 
@@ -113,14 +111,15 @@ class Reconstruction:
         if not dented.any():
             return dented
         left, top, columns, rows = cv2.boundingRect(dented.astype(np.uint8))
-        near = tuple(slice(max(first - _SPECKLE, 0), first + size + _SPECKLE) for first, size in ((top, rows), (left, columns)))
+        near = tuple(slice(max(first - PHOTOMETRIC.speckle, 0), first + size + PHOTOMETRIC.speckle)
+                     for first, size in ((top, rows), (left, columns)))
         count, dents = cv2.connectedComponents(dented[near].astype(np.uint8))
         deepest = np.zeros(count, np.float32)
         np.maximum.at(deepest, dents[dents > 0], depth[near][dents > 0])
         lies = (depth[near] > SIGNIFICANT * model.slope_error * deepest[dents]) & (
             bend(slope[near]) < _FREE / (model.skirt * width)**2 * depth[near])
         found = np.zeros(depth.shape, bool)
-        found[near] = cv2.medianBlur((lies & dented[near]).astype(np.uint8), _SPECKLE) > 0
+        found[near] = cv2.medianBlur((lies & dented[near]).astype(np.uint8), PHOTOMETRIC.speckle) > 0
         return found
 
     def uncertain_depth(self, slope: np.ndarray, mask: np.ndarray) -> float:
@@ -131,7 +130,7 @@ class Reconstruction:
         steep = cv2.magnitude(slope[..., 0], slope[..., 1]) > self._model.steepest
         if not steep.any():
             return 0.0
-        side = 2 * round(_DENT_SKIRTS * self._model.skirt * mask.shape[1]) + 1
+        side = 2 * round(PHOTOMETRIC.dent_skirts * self._model.skirt * mask.shape[1]) + 1
         steep &= cv2.dilate(mask.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))) > 0
         return float(np.hypot(*slope[steep].T).sum() / np.sqrt(4 * np.pi * np.count_nonzero(mask)))
 

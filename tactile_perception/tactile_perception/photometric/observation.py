@@ -8,11 +8,10 @@ from functools import cached_property
 import cv2
 import numpy as np
 
+from .constants import PHOTOMETRIC
+
 #: Width of the working images in px: 0.06 mm a pixel on a gel of 19 mm, a third of the blur that the skin itself has.
 WORKING_WIDTH = 320
-_DARK_LEVELS = 10.0  # added to a level before the division: noise of a dark pixel would be divided by next to nothing
-_MARKER_BRIGHTNESS = 0.82  # of the median around it: darker pixels are ink. Shading of a skin changes over wider distances
-_MARKER_NEIGHBOURHOOD = 0.065  # of the width: three times the largest printed marker
 
 
 def to_working_size(image: np.ndarray) -> np.ndarray:
@@ -25,15 +24,15 @@ def to_working_size(image: np.ndarray) -> np.ndarray:
 
 def relative_change(image: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Change of the levels of an image (H, W, 3) from a reference (H, W, 3), relative to that."""
-    return (image - reference) / (reference + _DARK_LEVELS)
+    return (image - reference) / (reference + PHOTOMETRIC.dark_levels)
 
 
 def ink(image: np.ndarray) -> np.ndarray:
     """(H, W) bool: pixels of a working image that printed markers darken, with a border of one pixel."""
     grey = cv2.transform(image, np.full((1, 3), 1 / 3, np.float32))
-    side = int(_MARKER_NEIGHBOURHOOD * image.shape[1]) | 1
+    side = int(PHOTOMETRIC.marker_neighbourhood * image.shape[1]) | 1
     around = cv2.medianBlur(np.clip(grey, 0, 255).astype(np.uint8), side)
-    return cv2.dilate((grey < _MARKER_BRIGHTNESS * around).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    return cv2.dilate((grey < PHOTOMETRIC.marker_brightness * around).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
 
 
 class Background:

@@ -12,9 +12,7 @@ import cv2
 import numpy as np
 from scipy.fft import dctn, idctn
 
-_BEND_PX = 1.0  # standard deviation of the weights with which slopes and curvatures are averaged: half of the blur of a working image
-_LEVEL = 1e-3  # squared slope below which a skin has no direction of steepest descent; its mean curvature counts then
-_FILLED_PX = 2.0  # standard deviation of the weights with which pixels around a marker fill it in, working px
+from .constants import PHOTOMETRIC
 
 
 def fill_hidden(slope: np.ndarray, hidden: np.ndarray) -> np.ndarray:
@@ -22,11 +20,11 @@ def fill_hidden(slope: np.ndarray, hidden: np.ndarray) -> np.ndarray:
     left, top, columns, rows = cv2.boundingRect(hidden.astype(np.uint8))
     if not columns:
         return slope
-    margin = round(4 * _FILLED_PX)
+    margin = round(4 * PHOTOMETRIC.filled_px)
     near = tuple(slice(max(first - margin, 0), first + size + margin) for first, size in ((top, rows), (left, columns)))
     weight = np.where(hidden[near], np.float32(0), np.float32(1))
-    around = cv2.GaussianBlur(slope[near] * weight[..., None], (0, 0), _FILLED_PX) / np.maximum(
-        cv2.GaussianBlur(weight, (0, 0), _FILLED_PX), 1e-3)[..., None]
+    around = cv2.GaussianBlur(slope[near] * weight[..., None], (0, 0), PHOTOMETRIC.filled_px) / np.maximum(
+        cv2.GaussianBlur(weight, (0, 0), PHOTOMETRIC.filled_px), 1e-3)[..., None]
     filled = slope.copy()
     filled[near][hidden[near]] = around[hidden[near]]
     return filled
@@ -40,9 +38,9 @@ def bend(slope: np.ndarray) -> np.ndarray:
     """
     along_x, along_y = (cv2.Sobel(slope, cv2.CV_32F, *order, scale=1 / 8) for order in ((1, 0), (0, 1)))
     curvature = np.dstack([along_x[..., 0], along_y[..., 1], 0.5 * (along_x[..., 1] + along_y[..., 0])])
-    xx, yy, xy = cv2.split(cv2.GaussianBlur(curvature, (0, 0), _BEND_PX))
-    x, y = cv2.split(cv2.GaussianBlur(slope, (0, 0), _BEND_PX))
-    level = np.float32(_LEVEL)
+    xx, yy, xy = cv2.split(cv2.GaussianBlur(curvature, (0, 0), PHOTOMETRIC.bend_px))
+    x, y = cv2.split(cv2.GaussianBlur(slope, (0, 0), PHOTOMETRIC.bend_px))
+    level = np.float32(PHOTOMETRIC.level_slope)
     return (x * x * xx + y * y * yy + 2 * x * y * xy + 0.5 * level * (xx + yy)) / (x * x + y * y + level)
 
 

@@ -23,14 +23,12 @@ from ..core.parameter_files import read_parameters
 from ..layer.tools import fit_modulus, load_report, read_loads
 from .calibration import BallFit, Press, draw_circles
 from .circles import CircleSearch
+from .constants import PHOTOMETRIC
 from .force import SHAPE_ERROR
 from .model import averaged
 from .observation import Background, to_working_size
 from .parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS, SENSOR
 from .stage import PhotometricStage
-
-_UNTOUCHED_S = 1.0  # at the start of a recording
-_MIN_COVERED_SHARE = 0.25  # of the image between the presses, below which the report asks for more; twenty all over a gel cover 30 %
 
 
 def calibrate_balls(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
@@ -84,7 +82,7 @@ def calibrate_balls(bags: list[Path], params: Path, output: Path, namespace: str
     return write_and_report(output, content, residuals, [
         f'{len(presses)} presses of a ball of {1e3 * sphere_radius:g} mm radius, on {fit.covered:.0%} of the image of '
         f'{1e3 * pixel * columns:.1f} x {1e3 * pixel * rows:.1f} mm' + (
-            '; depth is uncertain elsewhere: press the ball there, too' if fit.covered < _MIN_COVERED_SHARE else ''),
+            '; depth is uncertain elsewhere: press the ball there, too' if fit.covered < PHOTOMETRIC.min_covered else ''),
         'errors at presses that were left out of the fit: shape of the ball {depth_rms_mm:.3f} mm RMS, position {position_rms_mm:.3f} mm '
         'RMS, untouched skin {untouched_rms_mm:.3f} mm RMS'.format(**millimetres),
         f'standard deviation of a depth: {model.slope_error:.1%} of it and {1e3 * model.depth_sigma * values["gel.scale"] * width:.3f} mm',
@@ -183,7 +181,7 @@ def read_presses(bag: Path, namespace: str, left_out: list[str]) -> tuple[Backgr
         if working.shape != untouched[0].shape:
             left_out.append(f'{bag.name} at {1e-9 * stamp:.2f} s: another image size')
             continue
-        if stamp - first[0] < 1e9 * _UNTOUCHED_S:
+        if stamp - first[0] < 1e9 * PHOTOMETRIC.untouched_s:
             untouched.append(working)
             continue
         if background is None:
@@ -194,7 +192,7 @@ def read_presses(bag: Path, namespace: str, left_out: list[str]) -> tuple[Backgr
             pressed.append(Press(f'{bag.name} at {1e-9 * stamp:.2f} s', working, change, hidden, search.find(change, hidden)))
             _keep_deepest(pressed)
     if background is None:
-        raise BadCalibration(f'{bag}: shorter than {_UNTOUCHED_S:g} s: record the untouched gel for a second, then the presses')
+        raise BadCalibration(f'{bag}: shorter than {PHOTOMETRIC.untouched_s:g} s: record the untouched gel for a second, then the presses')
     return background, pressed, width
 
 
