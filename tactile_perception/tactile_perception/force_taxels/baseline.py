@@ -7,19 +7,7 @@ import math
 
 import numpy as np
 
-REFERENCE_S = 1.0  # over which offset and noise are measured first
-_RANGE = 100.0  # standard deviations of noise: prior scale of a force that is measured
-_RATE = 0.5  # 1/s, of touches that begin and of touches that end: prior of a hand at work
-_LATE = 0.02  # part of a force that an elastomer shows late or keeps for a while, after a second: property of silicone rubber
-_DRIFT = 0.1  # noise variances a second: least first guess of the drift, which then follows the innovations
-_DRIFT_RANGE = 1e-6, 1e2  # the same: its limits
-_ADAPTS_S = 0.5  # time over which the drift follows the innovations
-_NOISE_S = 3.0  # time over which the noise follows the differences between frames
-_UNUSUAL = 8.0  # robust standard deviations of the logarithm of noise from which a taxel is dead
-_USUAL_SPREAD = 0.25  # standard deviation of that logarithm over healthy taxels, at least
-_MAX_EVIDENCE = 50.0  # of a frame, against overflow
-_CHECK_S = 1.0  # between searches for taxels that died
-_NO_NOISE = 1e-6  # smallest step of a sensor of which no number has ever changed, in its unit
+from .constants import FORCE_TAXEL
 
 
 class Baseline:
@@ -47,7 +35,7 @@ class Baseline:
         self.noise, self.variance = np.full((count, 3), np.nan), np.zeros((count, 3))
         self.alive = self.is_new = np.ones(count, bool)
         self.touch, self.is_known = 0.0, False
-        self._drift, self._evidence = _DRIFT, np.zeros(count)
+        self._drift, self._evidence = FORCE_TAXEL.drift, np.zeros(count)
         self._quantum, self._checked_s = np.inf, -np.inf
 
     def update(self, reading: np.ndarray, interval: float, stamp_s: float, near: np.ndarray | None = None) -> np.ndarray:
@@ -64,10 +52,10 @@ class Baseline:
         held = self.touch if near is None else self.touch * np.where(near, 1.0, self.probabilities(near, interval))[:, None]
         gain = (1.0 - held) * variance / total
         self._mean += gain * force
-        self.variance = variance * (1.0 - gain) + (held * _LATE**2 * interval) * (force * force)
+        self.variance = variance * (1.0 - gain) + (held * FORCE_TAXEL.late**2 * interval) * (force * force)
         if self.touch < 0.5:
             self._adapt(squares, step, interval)
-            if stamp_s - self._checked_s > _CHECK_S:
+            if stamp_s - self._checked_s > 1.0:  # between searches for taxels that died
                 self._checked_s = stamp_s
                 self._find_dead()
         return force
@@ -85,11 +73,12 @@ class Baseline:
         away = reading - self._mean
         self._mean += away / self._frames
         self._squares += away * (reading - self._mean)
-        if stamp_s - self._since_s <= 0.5 * REFERENCE_S:
+        if stamp_s - self._since_s <= 0.5 * FORCE_TAXEL.reference_s:
             self._first_half = self._frames, self._mean.copy()
-        if stamp_s - self._since_s >= REFERENCE_S and self._frames > 3:
+        if stamp_s - self._since_s >= FORCE_TAXEL.reference_s and self._frames > 3:
             # A number is known to its last digit at best.
-            self._least = (self._quantum if np.isfinite(self._quantum) else _NO_NOISE)**2 / 12
+            # smallest step of a sensor of which no number has ever changed, in its unit
+            self._least = (self._quantum if np.isfinite(self._quantum) else 1e-6)**2 / 12
             steps = self._steps / (2 * (self._frames - 1))
             # Devices that repeat or filter their readings change by less than their noise from frame to frame.
             some = steps > 0
@@ -97,7 +86,7 @@ class Baseline:
             self._measured = steps * self._repeats
             self._find_dead()
             self.variance = self._measured / self._frames
-            self._drift = min(max(self._first_drift(), _DRIFT), _DRIFT_RANGE[1])
+            self._drift = min(max(self._first_drift(), FORCE_TAXEL.drift), FORCE_TAXEL.drift_range[1])
             self.is_known = True
         return reading - self._mean
 
@@ -107,41 +96,41 @@ class Baseline:
         second = self._frames - first
         apart = (self._mean - mean) * (self._frames / second)
         squares = float((apart**2 / self.noise)[self.alive].mean())
-        return 3 * (squares - 1 / first - 1 / second) / REFERENCE_S
+        return 3 * (squares - 1 / first - 1 / second) / FORCE_TAXEL.reference_s
 
     def _find_dead(self) -> None:
         """A taxel whose noise is far from that of the others is dead: constant, or loud. The noise of a dead taxel is infinite."""
         level = 0.5 * np.log(self._measured + self._least).mean(axis=1)
         middle = float(np.median(level))
-        spread = max(1.4826 * float(np.median(np.abs(level - middle))), _USUAL_SPREAD)
-        self.alive = np.abs(level - middle) < _UNUSUAL * spread
+        spread = max(1.4826 * float(np.median(np.abs(level - middle))), FORCE_TAXEL.usual_spread)
+        self.alive = np.abs(level - middle) < FORCE_TAXEL.unusual * spread
         self._blind = np.where(self.alive, 0.0, np.inf)[:, None]
         self.noise = self._measured + self._least + self._blind
 
     def _weigh(self, force: np.ndarray, squares: np.ndarray, interval: float) -> None:
         """Update the probability of a touch: a Bayes factor a taxel, a hidden state that persists."""
-        occam = math.log(_RANGE)  # price of a force of unknown size
+        occam = math.log(FORCE_TAXEL.range)  # price of a force of unknown size
         press = np.where(force[:, 2] > 0, 0.5 * squares[:, 2] - occam + math.log(2), -occam)
         shear = 0.5 * (squares[:, 0] + squares[:, 1]) - 2 * occam
         self._evidence = press + np.logaddexp(0.0, shear) - math.log(2)
         news = np.where(self.is_new, self._evidence, 0.0)  # a reading that is repeated says nothing new
         largest = float(news.max())
         frame = largest + math.log(np.exp(news - largest).sum() / len(press))
-        before = min(self.touch + (1 - 2 * self.touch) * min(_RATE * interval, 0.5), 1 - 1e-9)
-        odds = math.log(before / (1 - before)) + max(-_MAX_EVIDENCE, min(frame, _MAX_EVIDENCE))
+        before = min(self.touch + (1 - 2 * self.touch) * min(FORCE_TAXEL.rate * interval, 0.5), 1 - 1e-9)
+        odds = math.log(before / (1 - before)) + max(-50.0, min(frame, 50.0))  # of a frame, against overflow
         self.touch = 1 / (1 + math.exp(-odds))
 
     def _adapt(self, squares: np.ndarray, step: np.ndarray, interval: float) -> None:
         """Follow drift and noise while nothing touches."""
         excess = float(squares.sum()) / max(3 * np.count_nonzero(self.alive), 1) - 1.0
-        drift = self._drift * math.exp(max(-1.0, min(excess, 1.0)) * min(interval / _ADAPTS_S, 1.0))
-        self._drift = min(max(drift, _DRIFT_RANGE[0]), _DRIFT_RANGE[1])
-        self._measured += min(interval / _NOISE_S, 1.0) * (0.5 * self._repeats * step * step - self._measured)
+        drift = self._drift * math.exp(max(-1.0, min(excess, 1.0)) * min(interval / FORCE_TAXEL.adapts_s, 1.0))
+        self._drift = min(max(drift, FORCE_TAXEL.drift_range[0]), FORCE_TAXEL.drift_range[1])
+        self._measured += min(interval / FORCE_TAXEL.noise_s, 1.0) * (0.5 * self._repeats * step * step - self._measured)
         self.noise = self._measured + self._least + self._blind
 
     def probabilities(self, near: np.ndarray, interval: float) -> np.ndarray:
         """Probability (N,) that each taxel is touched; near: (N,) those that were touched in the last frame, interval s ago, and those
         beside them, which are as likely touched as not. On the others a touch may begin."""
-        begins = min(_RATE * max(interval, 1e-4), 0.5) / len(near)
+        begins = min(FORCE_TAXEL.rate * max(interval, 1e-4), 0.5) / len(near)
         prior = np.where(near, 0.0, math.log(begins)) + math.log(max(self.touch, 1e-12) / (2.0 - self.touch))
-        return 1 / (1 + np.exp(-np.clip(self._evidence + prior, -_MAX_EVIDENCE, _MAX_EVIDENCE)))
+        return 1 / (1 + np.exp(-np.clip(self._evidence + prior, -50.0, 50.0)))

@@ -8,10 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.errors import BadCalibration
-from .estimator import USUAL_ERROR
+from .constants import FORCE_TAXEL
 from .taxels import Taxels
-
-_UNKNOWNS = 9  # of the response
 
 
 class Load(NamedTuple):
@@ -32,7 +30,7 @@ def fit_response(taxels: Taxels, loads: list[Load]) -> tuple[np.ndarray, float, 
     forces = np.array([load.force for load in loads])
     sizes = np.linalg.norm(forces, axis=1)
     scaled, wanted = design / sizes[:, None, None], forces / sizes[:, None]
-    if np.linalg.matrix_rank(scaled.reshape(-1, _UNKNOWNS), tol=1e-3 * np.abs(scaled).max()) < _UNKNOWNS:
+    if np.linalg.matrix_rank(scaled.reshape(-1, 9), tol=1e-3 * np.abs(scaled).max()) < 9:  # unknowns of the response
         raise BadCalibration('the loads do not show all three axes: record a weight that presses, one that pulls along x and one along y')
     everything = np.arange(len(loads))
     matrix = _solve(scaled, wanted, everything)
@@ -40,21 +38,21 @@ def fit_response(taxels: Taxels, loads: list[Load]) -> tuple[np.ndarray, float, 
     for k in everything:
         others = np.delete(everything, k)
         is_enough = len(others) >= 3 and np.linalg.matrix_rank(
-            scaled[others].reshape(-1, _UNKNOWNS), tol=1e-3 * np.abs(scaled).max()) == _UNKNOWNS
+            scaled[others].reshape(-1, 9), tol=1e-3 * np.abs(scaled).max()) == 9
         fitted = _solve(scaled, wanted, others) if is_enough else matrix
         errors[k] = float(np.linalg.norm(scaled[k] @ fitted.ravel() - wanted[k]))
         if is_enough:
             share = np.linalg.norm(loads[k].reading @ matrix.T, axis=1)
             spread.append(errors[k]**2 / 3 * share.sum()**2 / (share @ share))  # by how many taxels the load averages over
     # Weights that cover the whole sensor do not show how unequal its taxels are.
-    error = max(float(np.sqrt(np.mean(spread))) if spread else USUAL_ERROR, 0.5 * USUAL_ERROR)
+    error = max(float(np.sqrt(np.mean(spread))) if spread else FORCE_TAXEL.usual_error, 0.5 * FORCE_TAXEL.usual_error)
     return matrix, error, errors
 
 
 def _design(taxels: Taxels, reading: np.ndarray) -> np.ndarray:
     """(3, 9): the total force as a linear function of the entries of the matrix, row by row."""
-    return np.einsum('nri,nc->irc', taxels.axes, reading).reshape(3, _UNKNOWNS)
+    return np.einsum('nri,nc->irc', taxels.axes, reading).reshape(3, 9)
 
 
 def _solve(design: np.ndarray, wanted: np.ndarray, used: np.ndarray) -> np.ndarray:
-    return np.linalg.lstsq(design[used].reshape(-1, _UNKNOWNS), wanted[used].ravel(), rcond=None)[0].reshape(3, 3)
+    return np.linalg.lstsq(design[used].reshape(-1, 9), wanted[used].ravel(), rcond=None)[0].reshape(3, 3)

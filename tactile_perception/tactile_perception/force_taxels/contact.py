@@ -15,7 +15,6 @@ from ..common.surface import Moments
 from ..common.surface_points import NON_CONTACT, STICKING
 from .taxels import Taxels
 
-_SPREAD = 1 / 12  # variance of a position within a taxel, in squared pitches: an even distribution
 _MAX_JUMP = 1.5  # pitches over which a contact may move between frames, from border to border
 
 
@@ -73,7 +72,8 @@ class ContactFinder:
         region.area, region.normal = touch.count * pitch**2, touch.normal
         region.centroid = touch.positions / touch.count
         (x, y, _), (xx, xy, yy) = region.centroid.tolist(), (touch.squares / touch.count).tolist()
-        a, b, c = xx - x * x + _SPREAD * pitch**2, xy - x * y, yy - y * y + _SPREAD * pitch**2
+        # variance of a position within a taxel, in squared pitches: an even distribution
+        a, b, c = xx - x * x + (1 / 12) * pitch**2, xy - x * y, yy - y * y + (1 / 12) * pitch**2
         middle, half = 0.5 * (a + c), math.hypot(0.5 * (a - c), b)
         region.major_axis, region.minor_axis = 4 * math.sqrt(middle + half), 4 * math.sqrt(max(middle - half, 0.0))
         # One cell more along one axis than along the other is no direction.

@@ -14,12 +14,10 @@ from ..common.surface_points import SLIPPING, UNKNOWN, SurfacePoints
 from ..core.calibration_file import fitted_arrays
 from ..core.errors import BadFrame
 from .baseline import Baseline
+from .constants import FORCE_TAXEL
 from .contact import ContactFinder, Forces
 from .slip import SlipFinder
 from .taxels import Taxels
-
-_MAX_INTERVAL_S = 1.0  # a longer gap is one second of drift: what happened in it is unknown
-USUAL_ERROR = 0.05  # relative, of a taxel of a sensor that its maker has calibrated: data sheets say 2 to 10 %
 
 
 @dataclass(frozen=True)
@@ -35,7 +33,7 @@ class Response:
     """
 
     matrix: np.ndarray
-    error: float = USUAL_ERROR
+    error: float = FORCE_TAXEL.usual_error
 
     @classmethod
     def from_dict(cls, fitted: Mapping, path: str) -> Response:
@@ -131,7 +129,8 @@ class ForceTaxelsEstimator:
                 raise BadFrame('taxels: no taxel has a reading')
             reading = np.where(self._broken[:, None], self._reading, reading)
         self._reading = reading
-        interval = min(max(stamp_s - self._stamp_s, 0.0), _MAX_INTERVAL_S) if self._stamp_s is not None else 0.0
+        # a longer gap is one second of drift: what happened in it is unknown
+        interval = min(max(stamp_s - self._stamp_s, 0.0), 1.0) if self._stamp_s is not None else 0.0
         self._stamp_s = stamp_s
         force = self.baseline.update(reading, interval, stamp_s, self._near)
         if not self.baseline.is_known:

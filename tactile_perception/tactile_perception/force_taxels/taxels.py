@@ -10,10 +10,8 @@ from tactile_driver.force_taxels import tangents
 from .._core.force_taxels import Skin
 from ..common.surface_points import scattered_normals
 from ..core.errors import BadFrame
+from .constants import FORCE_TAXEL
 
-_NEAR = 1.6  # pitches within which taxels are neighbours: across the diagonal of a square, too
-_SAME_SIDE = 0.3  # cosine between the normals of neighbours: those of a patch, not of two sides of a finger
-_ALONE = 0.005  # m, pitch of a single taxel: as on the hands that bear them
 _UPWARDS = np.array([0.0, 0.0, 1.0])
 
 
@@ -57,8 +55,8 @@ class Taxels:
         np.fill_diagonal(away, np.inf)
         if len(positions) > 1 and not away.min() > 0:
             raise BadFrame('taxels: two taxels have the same position')
-        self.pitch = float(np.median(away.min(axis=1))) if len(positions) > 1 else _ALONE
-        near = (away < _NEAR * self.pitch) & (self.normals @ self.normals.T > _SAME_SIDE)
+        self.pitch = float(np.median(away.min(axis=1))) if len(positions) > 1 else FORCE_TAXEL.alone
+        near = (away < FORCE_TAXEL.near * self.pitch) & (self.normals @ self.normals.T > FORCE_TAXEL.same_side)
         order = np.argsort(~near, axis=1, kind='stable')[:, :max(int(near.sum(axis=1).max()), 1)]
         self.neighbours = np.where(np.take_along_axis(near, order, axis=1), order, np.arange(len(positions))[:, None])
         turned = np.einsum('nkj,nj->nk', self.normals[self.neighbours], self.normals)

@@ -19,16 +19,13 @@ from ..core.calibration_file import CalibrationFile, Specimen
 from ..core.errors import BadCalibration, BadFrame
 from ..core.messages import stamp_seconds
 from ..core.parameter_files import read_parameters
-from .baseline import REFERENCE_S, Baseline
+from .baseline import Baseline
 from .calibration import Load, fit_response
+from .constants import FORCE_TAXEL
 from .parameters import FORCE_NODE, FORCE_PARAMETERS, SENSOR
 from .taxels import Taxels
 
 _DIRECTIONS = np.array([(0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])  # in which the weight acts on the sensor, a recording each
-_MIDDLE = 0.25, 0.9  # part of a load whose readings are taken: after what an elastomer shows late, and before the end
-_EQUAL = 0.02  # relative difference between equal forces
-_MIN_FORCE = 0.02  # N, of a load
-_MIN_FRAMES = 5  # of a load
 _TOPIC, _TYPE = 'taxels', 'sensor_msgs/msg/PointCloud2'
 
 
@@ -95,23 +92,25 @@ def read_loads(bag: Path, namespace: str, direction: np.ndarray | None,
         above = baseline.update(taxels.local(vectors), max(stamp_s - last_s, 0.0), stamp_s)
         last_s = stamp_s
         if not baseline.is_known:
-            if force is not None and np.linalg.norm(force) > _MIN_FORCE:
-                raise BadCalibration(f'{bag}: the sensor is loaded within the first {REFERENCE_S:g} s; leave it untouched for so long')
+            if force is not None and np.linalg.norm(force) > FORCE_TAXEL.min_force:
+                raise BadCalibration(f'{bag}: the sensor is loaded within the first {FORCE_TAXEL.reference_s:g} s; leave it untouched '
+                                     'for so long')
             continue
         force = force if direction is None else direction * (baseline.touch > 0.5)
-        if not stretches or np.linalg.norm(force - stretches[-1][0]) > _EQUAL * max(np.linalg.norm(force), _MIN_FORCE):
+        change = FORCE_TAXEL.equal * max(np.linalg.norm(force), FORCE_TAXEL.min_force)
+        if not stretches or np.linalg.norm(force - stretches[-1][0]) > change:
             stretches.append((force, stamp_s, []))
         stretches[-1][2].append(taxels.filled(above, baseline.alive)[0])
     loads = [Load(_middle(readings), force, f'{bag.name} at {begin:.2f} s') for force, begin, readings in stretches
-             if np.linalg.norm(force) > _MIN_FORCE and len(readings) >= _MIN_FRAMES]
+             if np.linalg.norm(force) > FORCE_TAXEL.min_force and len(readings) >= FORCE_TAXEL.min_frames]
     if not loads:
-        raise BadCalibration(f'{bag}: no load after the first {REFERENCE_S:g} s, which have to be without one')
+        raise BadCalibration(f'{bag}: no load after the first {FORCE_TAXEL.reference_s:g} s, which have to be without one')
     return taxels, loads
 
 
 def _middle(readings: list[np.ndarray]) -> np.ndarray:
     """Mean of the middle of a load."""
-    first, last = (int(part * len(readings)) for part in _MIDDLE)
+    first, last = (int(part * len(readings)) for part in FORCE_TAXEL.middle)
     return np.mean(readings[first:max(last, first + 1)], axis=0)
 
 

@@ -10,29 +10,15 @@ import numpy as np
 
 from .._core.taxel import Hysteresis
 from ..core.errors import BadCalibration
+from .constants import TAXEL
 from .pressure import TaxelArray
-from .response import MAX_HIDDEN, Loop, Response, followed
+from .response import Loop, Response, followed
 
-_FOLDS = 3  # of the cross-validation
 # Grid of the fit: reaches over the largest load, reaches over each load, and relaxation times, s. A layer that is unloaded through less
 # than the whole range shows its reach.
-_REACHES = (0.0, 0.005, *np.geomspace(0.01, 0.32, 8).tolist())
-_RELATIVE_REACHES = (0.0, 0.04, 0.08, 0.16, 0.32)
-_RELAXATIONS = np.geomspace(0.1, 10, 5).tolist()
-_LATE_S = (0.1, 0.4, 1.6, 6.4, 25.6)  # s, delays of the late parts; a delay in between is a sum of two of them
-_MAX_REACH = 0.5  # of the largest load, both reaches together; a larger one is not visible during unloading
-_MAX_LOOP_RESIDUAL = 0.7  # of the residual without a loop, for a loop to be accepted; noise alone reduces it by a few percent
 # Of the residual without late parts, for late parts to be accepted: a hard loop that differs a little from that of the layer resembles a
 # softer one with a small late part.
-_MAX_LATE_RESIDUAL = 0.5
 _UNLOADED_S = 1e6  # s, before the first load
-_KNEE = 0.05  # of the largest calibrated change; below it pressure may rise faster (a sensor with a dead zone)
-_MIN_LOADS = 3  # one for each coefficient of the curve
-_WEIGHT_FLOOR = 0.3  # of the largest force, added to each in the weights: errors of large forces count relatively, others absolutely
-_MIN_COVERAGE = 0.95  # share of the taxels that respond to an even load
-_MIN_RESPONSE = 0.3  # of the mean change, for a taxel to respond; below the smallest gain
-_MIN_LOAD = 0.05  # of the largest mean change, for a frame to be used for gains
-_GAIN_RANGE = (0.5, 2.0)  # a taxel with a gain outside it keeps gain 1
 
 
 @dataclass
@@ -76,11 +62,14 @@ def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: n
     """
     from scipy.optimize import nnls  # calibration alone needs it
     intervals, largest = np.diff(times, prepend=times[0] - _UNLOADED_S), float(loads.max())
-    delays = [time for time in _LATE_S if time <= intervals[intervals < 0.5 * _UNLOADED_S].sum()]
+    # s, delays of the late parts; a delay in between is a sum of two of them
+    delays = [time for time in (0.1, 0.4, 1.6, 6.4, 25.6) if time <= intervals[intervals < 0.5 * _UNLOADED_S].sum()]
     terms = terms / np.maximum(np.abs(terms).max(axis=0), 1e-300)
 
-    loops = [Loop(0.0, largest * reach, relative, relaxation)
-             for reach, relative, relaxation in product(_REACHES, _RELATIVE_REACHES, _RELAXATIONS) if 0 < reach + relative <= _MAX_REACH]
+    # Grid: reaches over the largest load, over each load, and relaxation times, s. Unloading through a part of the range shows the reach.
+    grid = product((0.0, 0.005, *np.geomspace(0.01, 0.32, 8).tolist()), (0.0, 0.04, 0.08, 0.16, 0.32), np.geomspace(0.1, 10, 5).tolist())
+    loops = [Loop(0.0, largest * reach, relative, relaxation) for reach, relative, relaxation in grid
+             if 0 < reach + relative <= TAXEL.max_reach]
     held_back = [loads - loop.held(loads, intervals) for loop in loops]
 
     def fitted(hidden: list[np.ndarray]) -> tuple[np.ndarray, float]:
@@ -95,16 +84,16 @@ def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: n
         for loop, hidden in zip(loops, held_back):
             parts, residual = fitted([*late, hidden])
             slow = parts[:-1]
-            if residual < smallest and parts.sum() <= MAX_HIDDEN:
+            if residual < smallest and parts.sum() <= TAXEL.max_hidden:
                 smallest = residual
                 found = replace(loop, share=float(parts[-1] / (1 - slow.sum())), late=tuple(slow[slow > 0].tolist()),
                                 late_s=tuple(np.array(late_s)[slow > 0].tolist()))
         return smallest, found
 
     without_loop, (residual, loop), (late_residual, late_loop) = fitted([])[1], best([]), best(delays)
-    if late_residual < _MAX_LATE_RESIDUAL * residual:
+    if late_residual < TAXEL.max_late_residual * residual:
         residual, loop = late_residual, late_loop
-    return loop if residual < _MAX_LOOP_RESIDUAL * without_loop else Loop()
+    return loop if residual < TAXEL.max_loop_residual * without_loop else Loop()
 
 
 def _curve_terms(value: np.ndarray, knee: float) -> np.ndarray:
@@ -116,19 +105,19 @@ def _curve_terms(value: np.ndarray, knee: float) -> np.ndarray:
 def fit_gains(changes: np.ndarray) -> np.ndarray | None:
     """Fit gains (rows, columns), mean about 1, to changes (N, rows, columns) under even loads; None with fewer than 3 even loads."""
     mean = changes.mean(axis=(1, 2))
-    even = mean > _MIN_LOAD * max(float(mean.max(initial=0.0)), 1e-9)
-    spread = (changes > _MIN_RESPONSE * mean[:, None, None]).mean(axis=(1, 2))
-    even &= spread > _MIN_COVERAGE
-    if even.sum() < _MIN_LOADS:
+    even = mean > TAXEL.min_load * max(float(mean.max(initial=0.0)), 1e-9)
+    spread = (changes > TAXEL.min_response * mean[:, None, None]).mean(axis=(1, 2))
+    even &= spread > TAXEL.min_coverage
+    if even.sum() < TAXEL.min_loads:
         return None
     gains = np.einsum('n,nij->ij', mean[even], changes[even]) / np.sum(mean[even]**2)
-    return np.where((gains > _GAIN_RANGE[0]) & (gains < _GAIN_RANGE[1]), gains, 1.0).astype(np.float32)
+    return np.where((gains > TAXEL.gain_range[0]) & (gains < TAXEL.gain_range[1]), gains, 1.0).astype(np.float32)
 
 
 def force_terms(changes: np.ndarray, taxel_area: float, gain: np.ndarray | None = None) -> tuple[np.ndarray, float]:
     """Terms (N, 3), which scale multiplies, of the forces under changes (N, rows, columns), and the knee of the curve."""
     value = (changes if gain is None else changes / gain).reshape(len(changes), -1).astype(float)
-    knee = _KNEE * float(value.max(initial=0))
+    knee = TAXEL.knee * float(value.max(initial=0))
     return taxel_area * _curve_terms(value, max(knee, 1e-12)).sum(axis=2).T, knee
 
 
@@ -141,13 +130,14 @@ def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
     """
     forces = np.asarray(forces, float)
     known = np.isfinite(forces) & (forces > 0)
-    if np.unique(np.round(forces[known], 6)).size < _MIN_LOADS:
-        raise BadCalibration(f'normal force: {np.unique(np.round(forces[known], 6)).size} different loads, at least {_MIN_LOADS} needed')
+    if np.unique(np.round(forces[known], 6)).size < TAXEL.min_loads:
+        raise BadCalibration(f'normal force: {np.unique(np.round(forces[known], 6)).size} different loads, at least {TAXEL.min_loads} '
+                             'needed')
     rows, knee = force_terms(changes, taxel_area, gain)
     if not (rows[known, 0] > 0).all():
         raise BadCalibration('normal force: the sensor does not respond to some of the loads')
     unit = rows[known].mean(axis=0)
-    weight = forces[known] + _WEIGHT_FLOOR * forces[known].max()
+    weight = forces[known] + TAXEL.weight_floor * forces[known].max()
     from scipy.optimize import nnls  # calibration alone needs it
     scale = nnls(rows[known] / unit / weight[:, None], forces[known] / weight)[0] / unit
     return Response(tuple(float(s) for s in scale), knee, gain, True), rows @ scale
@@ -167,7 +157,7 @@ def find_loop(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> tuple
     """
     areas = loaded_areas(loads, array.taxel_area)
     terms = force_terms(loads.changes, array.taxel_area, gain)[0] / areas[:, None]
-    weights = areas / (loads.forces + _WEIGHT_FLOOR * loads.forces.max())
+    weights = areas / (loads.forces + TAXEL.weight_floor * loads.forces.max())
     times = _separated_times(loads)
     loop = fit_loop(times, loads.forces / areas, terms, weights)
     shown = loop.shown(loads.forces / areas, np.diff(times, prepend=times[0] - _UNLOADED_S)) * areas
@@ -184,9 +174,9 @@ def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, lo
 
     NaN after loads, and where the other folds do not determine the response. loop, shown: from find_loop.
     """
-    seen, held_out = np.full(len(loads.forces), np.nan), loads.levels % _FOLDS
+    seen, held_out = np.full(len(loads.forces), np.nan), loads.levels % 3  # of the cross-validation
     areas, times = loaded_areas(loads, array.taxel_area), _separated_times(loads)
-    for part in range(_FOLDS):
+    for part in range(3):
         out = held_out == part
         try:
             response, _ = fit_response(loads.changes[~out], shown[~out], array.taxel_area, gain)

@@ -19,24 +19,18 @@ from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, C
 from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
 from ..core.errors import BadArgument, BadFrame
+from .constants import TAXEL
 from .motion import LIMITS, TaxelSlip
 from .pressure import SoftPad, TaxelArray, pad_on
 from .response import Response
 from .wrench import GraspedObject, normal_force, taxel_forces, taxel_points, taxel_states, wrench_of
 
-_SATURATION = 0.995  # of the full scale, from which a taxel is saturated: one count below 255
-_OUTLINE_SIGMA = 0.5  # pitches; standard deviation of an outline's vertices in the test of roundness
-_SLOPE_SIGMAS = 5.0  # noise standard deviations at which the slope of the response is evaluated: half of the lowest level of a score
 # Noise standard deviations; a contact with a higher peak is reported at once: four times the lowest level of a score. A lighter one is
 # reported if it is the largest or persists, because a face splits into pieces for a frame when it starts or ends touching.
-_MIN_PEAK_SIGMAS = 40.0
-_CENTROID_SIGMA = 0.03  # pitches, standard deviation of a centroid
 # Standard deviation, over the lead that is subtracted, of a lead that is anywhere from none to that. It follows from a balance of moments
 # of a pad of the stated thickness and from a traction that no taxel measures: a thinner pad, or an object that creeps, has less of it.
-_LEAD_SIGMA = 1 / math.sqrt(3)
 # Noise standard deviations; at this peak the position error is one pad thickness, and it falls with the third power of the peak: a rough
 # face first touches with a few bumps. Measured on recordings of two simulations.
-_ROUGHNESS_SIGMAS = 17.0
 _NO_DOTS = np.zeros(0, np.uint8)
 
 
@@ -248,8 +242,8 @@ class TaxelEstimator:
         sigma = self.baseline.sigma
         repaired = self._dead.repaired(change, sigma)
         pressure = self._hysteresis.undone(response.pressure(repaired), interval)
-        noise = sigma * response.slope(_SLOPE_SIGMAS * sigma) * response.loop.noise_gain
-        full = frame >= _SATURATION * full_scale
+        noise = sigma * response.slope(TAXEL.slope_sigmas * sigma) * response.loop.noise_gain
+        full = frame >= TAXEL.saturation * full_scale
         regions, surface, slip, motion = self._method.observe(pressure, noise, full, stamp_s, self.grasped.can_roll)
         touched = regions.touched
         self.baseline.follow(change, touched, interval)
@@ -257,7 +251,7 @@ class TaxelEstimator:
                                        MAX_STEP * self.array.pitch, stamp_s)
         normal = [np.nan if regions.broken else self._normal_force(region) for region in regions.all]
         contacts = [self._contact(*one, regions.broken, noise) for k, one in enumerate(zip(regions.all, tracked, normal))
-                    if k == 0 or one[1].is_persistent or one[0].peak >= _MIN_PEAK_SIGMAS * noise]
+                    if k == 0 or one[1].is_persistent or one[0].peak >= TAXEL.min_peak_sigmas * noise]
         region = self._region(regions, motion, interval)
         return TaxelResult(region, contacts, slip, self._wrench(region, normal, touched, pressure), pressure,
                            partial(self._points, regions, surface, normal, slip, motion))
@@ -293,8 +287,11 @@ class TaxelEstimator:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = tracked.moments.centroid.copy()
         position[2] = -depth
-        (x, y), light = (_LEAD_SIGMA * self._method.lead).tolist(), self.pad.thickness * (_ROUGHNESS_SIGMAS * noise / region.peak)**3
-        alone = (_CENTROID_SIGMA * self.array.pitch)**2 + light**2
+        # The lead is anywhere from none to that which is subtracted. It follows from a balance of moments of a pad of the stated thickness
+        # and from a traction that no taxel measures: a thinner pad, or an object that creeps, has less of it.
+        x, y = (1 / math.sqrt(3) * self._method.lead).tolist()
+        light = self.pad.thickness * (TAXEL.roughness_sigmas * noise / region.peak)**3
+        alone = (TAXEL.centroid_sigma * self.array.pitch)**2 + light**2
         covariance = np.array([[alone + x * x, x * y, np.nan], [x * y, alone + y * y, np.nan], [np.nan] * 3])
         flags = AMBIGUOUS * (tracked.merged or broken) | AT_EDGE * region.at_edge | SATURATED * region.saturated
         return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), covariance, flags,
@@ -310,7 +307,7 @@ class TaxelEstimator:
         estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
         loops = estimate.outlines + estimate.holes
         if not regions.broken:
-            estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _OUTLINE_SIGMA * self.array.pitch)
+            estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, TAXEL.outline_sigma * self.array.pitch)
         if self._method.located is not None:
             (x, y), estimate.orientation = self._method.located
             estimate.outlines, estimate.holes = self._method.loops

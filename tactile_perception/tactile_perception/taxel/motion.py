@@ -9,16 +9,15 @@ import numpy as np
 
 from .._core.taxel import MotionLimits, ObjectMotion
 from ..common.estimates import FAR, NONE, SlipEstimate, next_state, planar_covariance, state_probability
+from .constants import TAXEL
 from .pressure import TaxelArray
 
 #: Constants of motion and slip, with units and meaning in src/taxel/tracker.hpp.
 LIMITS = MotionLimits()
 
 # Measured on two simulated devices: number of patches that slip independently, and share of the frames that no slipping fraction explains.
-_PATCHES, _ERROR_RATE = 44.0, 0.012
 # Precision of the states NONE, INCIPIENT and GROSS without calibrated pressure. Measured on the same devices in ten scenes, with the data
 # of four pads in turn: 0.978 to 0.989, 0.07 to 0.32, 0.57 to 0.70.
-_PRECISION_UNCALIBRATED = 0.98, 0.26, 0.63
 
 
 class TaxelSlip:
@@ -28,7 +27,7 @@ class TaxelSlip:
     """
 
     def __init__(self, array: TaxelArray, calibrated: bool = True):
-        self._array, self._precision = array, (1 - _ERROR_RATE,) * 3 if calibrated else _PRECISION_UNCALIBRATED
+        self._array, self._precision = array, (1 - TAXEL.error_rate,) * 3 if calibrated else TAXEL.uncalibrated_precision
         self.reset()
 
     def reset(self) -> None:
@@ -41,7 +40,7 @@ class TaxelSlip:
         fraction = np.count_nonzero(slipping) / np.count_nonzero(touched)
         self._state = next_state(self._state, fraction)
         estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3), planar_covariance(motion.velocity_covariance))
-        estimate.confidence = self._precision[self._state] * state_probability(self._state, fraction, _PATCHES)
+        estimate.confidence = self._precision[self._state] * state_probability(self._state, fraction, TAXEL.patches)
         if self._state == NONE:
             estimate.confidence /= 1 + motion.unseen  # posterior of even prior odds, given that no slip was observed
             if motion.unseen == 1:

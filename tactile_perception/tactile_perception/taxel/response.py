@@ -11,13 +11,12 @@ import numpy as np
 
 from ..core.calibration_file import AGAIN, CalibrationFile, Specimen, read_calibration
 from ..core.errors import BadArgument, BadCalibration
+from .constants import TAXEL
 from .pressure import TaxelArray
 
 SENSOR = 'taxel_array'
 UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N',
          'loop': 'share 1, reach Pa, relative 1, relaxation s, late 1, late_s s'}
-MAX_HIDDEN = 0.9  # largest share of a loop, and of all late parts; compensation multiplies noise by ten there
-_HIDDEN_NOISE = 0.3  # part of the hidden share of changes that adds to the noise, since it is blurred over a taxel
 
 
 @dataclass(frozen=True)
@@ -56,12 +55,13 @@ class Loop:
     late_s: tuple[float, ...] = ()
 
     def __post_init__(self):
-        if not (0 <= self.share <= MAX_HIDDEN and 0 <= self.reach < np.inf and 0 <= self.relative <= 1 and 0 < self.relaxation < np.inf):
-            raise BadArgument(f'taxel response: a loop needs a share from 0 to {MAX_HIDDEN}, a reach of at least 0, a relative reach from '
-                              f'0 to 1 and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
-        if not (len(self.late) == len(self.late_s) and all(0 <= part for part in self.late) and self.at_once >= 1 - MAX_HIDDEN and
+        if not (0 <= self.share <= TAXEL.max_hidden and 0 <= self.reach < np.inf and 0 <= self.relative <= 1
+                and 0 < self.relaxation < np.inf):
+            raise BadArgument(f'taxel response: a loop needs a share from 0 to {TAXEL.max_hidden}, a reach of at least 0, a relative reach '
+                              f'from 0 to 1 and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
+        if not (len(self.late) == len(self.late_s) and all(0 <= part for part in self.late) and self.at_once >= 1 - TAXEL.max_hidden and
                 all(0 < time < np.inf for time in self.late_s)):
-            raise BadArgument(f'taxel response: late parts of a loop need a positive time each, and a sum up to {MAX_HIDDEN}, got '
+            raise BadArgument(f'taxel response: late parts of a loop need a positive time each, and a sum up to {TAXEL.max_hidden}, got '
                               f'{self.late}, {self.late_s}')
 
     @property
@@ -82,7 +82,7 @@ class Loop:
     @property
     def noise_gain(self) -> float:
         """Noise of the compensated loads over that of the shown ones."""
-        return (1 + _HIDDEN_NOISE * self.share / (1 - self.share)) / self.at_once
+        return (1 + TAXEL.hidden_noise * self.share / (1 - self.share)) / self.at_once
 
     def shown(self, loads: np.ndarray, intervals: np.ndarray) -> np.ndarray:
         """Pressure (N,), Pa, that the layer shows under consecutive loads (N,), Pa, after intervals (N,), s."""

@@ -22,7 +22,6 @@ from ..core.stage import Input, Stage
 from .parameters import TAXEL_PARAMETERS, contact_depth, frames_of, grasped_object, taxel_estimator
 
 _JOINTS = Input('/joint_states', JointState, depth=100)
-_MAX_JOINT_AGE_S = 1.0  # between the stamps of an image and of the joint's position: ten periods of a slow gripper
 _TRANSFORMS = Input('/tf', TFMessage, depth=100), Input('/tf_static', TFMessage, depth=100, latched=True)
 
 
@@ -110,7 +109,7 @@ class TaxelStage(Stage):
         """Compute the depth from the gripper's opening at the time of an image."""
         reported_s, position = self._joint
         self._unknown = ''
-        if abs(stamp_s - reported_s) > _MAX_JOINT_AGE_S:
+        if abs(stamp_s - reported_s) > 1.0:  # s: ten periods of a slow gripper
             position, name = np.nan, self.values['gripper.joint']
             self._unknown = f'{_JOINTS.topic} has no position of joint {name!r} at the time of the images: depth is NaN; publish it'
         elif not self.values['object.width'] > 0:

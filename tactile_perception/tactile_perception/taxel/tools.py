@@ -20,15 +20,12 @@ from ..core.errors import BadCalibration, BadFrame
 from ..core.messages import stamp_seconds
 from ..core.parameter_files import read_parameters
 from .calibration import Loads, calibrated_response, find_loop, fit_gains, held_out_errors, loaded_areas
+from .constants import TAXEL
 from .parameters import TAXEL_PARAMETERS, taxel_array
 from .pressure import TaxelArray
 from .response import Response, taxel_file
 
-_MAX_LOAD_CHANGE = 0.02  # relative; loads that differ by less are equal
-_MAX_LOAD_S = 0.1  # longer equal loads are split, because the shown pressure creeps
 _MIN_FORCE = 1e-3  # N; smaller forces count as untouched
-_HUGE_NOISE = 1e9  # noise above which no change is a press, so that only known dead taxels of the mean frames are filled
-_RECOVERY_S = 30.0  # s after a load during which the recovery is also fitted; later it no longer changes
 
 
 def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace: str) -> Loads:
@@ -41,11 +38,12 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
                 last = None
             elif force < _MIN_FORCE and loaded is None:
                 untouched.append(values)
-            elif force >= _MIN_FORCE or stamp - loaded < _RECOVERY_S:  # after a load the sensor may still show a part of it
+            # s after a load during which the recovery is also fitted; later it no longer changes
+            elif force >= _MIN_FORCE or stamp - loaded < 30.0:  # after a load the sensor may still show a part of it
                 force, loaded = (force, stamp) if force >= _MIN_FORCE else (0.0, loaded)
-                if last is None or abs(force - last) > _MAX_LOAD_CHANGE * last:
+                if last is None or abs(force - last) > TAXEL.max_load_change * last:
                     last, level, begin = force, level + 1, None
-                if begin is None or stamp - begin > _MAX_LOAD_S:
+                if begin is None or stamp - begin > 0.1:  # longer equal loads are split, because the shown pressure creeps
                     begin = stamp
                     stretches.append(([], [], last, f'{bag.name} at {stamp:.3f} s', number, level))
                 stretches[-1][0].append(values)
@@ -58,7 +56,8 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
     values, stamps, forces, when, numbers, levels = zip(*stretches)
     pictures = np.array([np.mean(one, axis=0, dtype=float) for one in values]) - (0 if zero is None else zero)
     gaps = DeadTaxels(dead)
-    pictures = np.array([gaps.repaired(picture.astype(np.float32), _HUGE_NOISE) for picture in pictures])
+    # no change is a press: only known dead taxels are filled
+    pictures = np.array([gaps.repaired(picture.astype(np.float32), 1e9) for picture in pictures])
     return Loads(pictures, np.array(forces), zero, left_out, list(when), np.array([np.mean(one) for one in stamps]), np.array(numbers),
                  np.array(levels))
 

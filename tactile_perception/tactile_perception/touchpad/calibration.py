@@ -15,11 +15,9 @@ from ..common.geometry import Cap, sphere_ranges
 from ..common.residuals import Residuals
 from ..core.calibration_file import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration
 from ..core.errors import BadArgument, BadCalibration, BadFrame
+from .constants import TOUCHPAD
 from .identification import Colours, as_ring_colours, fit, fit_rest, model_from, rest_colours, ring_covariances
 from .water import RING_PIXELS, LightPath, RingColours, WaterModel, log_ratios
-
-MIN_SPHERE_RADIUS, MAX_SPHERE_RADIUS = 2e-3, 30e-3  # m; search range of the sphere's radius
-RADIUS_TOLERANCE = 0.01  # relative accuracy of the sphere's radius
 
 
 def find_sphere_radius(misfit: Callable[[float], float]) -> float:
@@ -33,22 +31,20 @@ def find_sphere_radius(misfit: Callable[[float], float]) -> float:
             return misfit(float(np.exp(log_radius)))
         except BadCalibration:
             return 1.0
-    coarse = np.linspace(np.log(MIN_SPHERE_RADIUS), np.log(MAX_SPHERE_RADIUS), 9)
+    coarse = np.linspace(np.log(TOUCHPAD.min_sphere_radius), np.log(TOUCHPAD.max_sphere_radius), 9)
     values = [log_misfit(x) for x in coarse]
     best = int(np.argmin(values))
     if best in (0, len(coarse) - 1) or values[best] >= 1.0:
-        raise BadCalibration(f'touchpad calibration: no sphere of {MIN_SPHERE_RADIUS * 1e3:.0f} to {MAX_SPHERE_RADIUS * 1e3:.0f} mm radius '
-                             'fits the presses; give its radius with --sphere-radius, and check that ground_truth/contacts holds the tips '
-                             'of sphere presses')
+        raise BadCalibration(f'touchpad calibration: no sphere of {TOUCHPAD.min_sphere_radius * 1e3:.0f} to '
+                             f'{TOUCHPAD.max_sphere_radius * 1e3:.0f} mm radius fits the presses; give its '
+                             'radius with --sphere-radius, and check that ground_truth/contacts holds the tips of sphere presses')
     import scipy.optimize  # calibration alone needs it
     found = scipy.optimize.minimize_scalar(log_misfit, bounds=(coarse[best - 1], coarse[best + 1]), method='bounded',
-                                           options={'xatol': RADIUS_TOLERANCE})
+                                           options={'xatol': 0.01})  # relative
     return float(np.exp(found.x))
 
 
 # Share of the deepest penetration; where the sphere is at least this deep inside the undeformed cap, the membrane lies on the sphere.
-PENETRATION_SHARE = 0.5
-RING_TEST_POINTS = 8  # points on a dot's sampling ring, all of which must lie on the sphere
 
 
 @dataclass
@@ -112,31 +108,23 @@ class OnSphere:
 
 
 def dots_on_sphere(press: Press, radius: float, model: WaterModel, camera: CameraModel) -> OnSphere:
-    """Select the dots of a press whose sampling rings lie on the sphere of this radius, m, by PENETRATION_SHARE.
+    """Select the dots of a press whose sampling rings lie on the sphere of this radius, m, by TOUCHPAD.penetration_share.
 
     The result may be empty. Raises BadFrame for an image without colour.
     """
     centre = np.asarray(press.tip) + [0, 0, radius]
-    angle = np.arange(RING_TEST_POINTS) * (2 * np.pi / RING_TEST_POINTS)
+    angle = np.arange(TOUCHPAD.ring_test_points) * (2 * np.pi / TOUCHPAD.ring_test_points)
     ring = model.ring * np.column_stack([np.cos(angle), np.sin(angle)])
     rays = camera.rays((press.tracks.uv[:, None] + ring).reshape(-1, 2))
     near, _ = sphere_ranges(camera.centre, rays, centre, radius)
-    inside = np.nan_to_num(model.cap.ranges(camera.centre, rays) - near, nan=-1.0).reshape(-1, RING_TEST_POINTS)
+    inside = np.nan_to_num(model.cap.ranges(camera.centre, rays) - near, nan=-1.0).reshape(-1, TOUCHPAD.ring_test_points)
     rings = log_ratios(press.image, press.tracks.uv, model.ring)
-    on = (inside.min(1) > PENETRATION_SHARE * max(inside.max(initial=0.0), 1e-6)) & np.isfinite(rings.ratios).all(1)
-    positions = (camera.centre + near[:, None] * rays).reshape(-1, RING_TEST_POINTS, 3)[on].mean(1)
+    on = (inside.min(1) > TOUCHPAD.penetration_share * max(inside.max(initial=0.0), 1e-6)) & np.isfinite(rings.ratios).all(1)
+    positions = (camera.centre + near[:, None] * rays).reshape(-1, TOUCHPAD.ring_test_points, 3)[on].mean(1)
     normals = centre - positions
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     colours = Colours(rings.ratios[on], ring_covariances(model.noise, rings.count[on]), positions, normals)
     return OnSphere(colours, rings.count[on], np.asarray(press.tip, float), float(press.depth), press.label)
-
-
-MIN_DEPTH = 3e-4  # m; too few dots of a shallower press lie on the sphere
-MIN_DEPTH_SPAN = 1e-3  # m, between the shallowest and the deepest press
-MIN_SPREAD = 2e-3  # m, between the pressed positions
-MIN_DOTS = 20  # on the sphere, over all presses
-MAX_SCALE_SIGMA = 0.03  # relative standard deviation of the depth scale
-SCALE_SIGMA_FLOOR = 0.005  # relative error of the depth scale that the light path model itself leaves
 
 
 @dataclass
@@ -230,13 +218,13 @@ def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap:
     ground = as_ring_colours(rest_colours(image, camera, cap, first.ring, first.noise * (RING_PIXELS / len(rest))), first, camera.centre)
     on_sphere, empty = _read(used, first, camera, sphere_radius)
     dots = sum(len(group.count) for group in on_sphere)
-    if dots < MIN_DOTS:
-        raise BadCalibration(f'touchpad calibration: only {dots} dots lie on the sphere, {MIN_DOTS} needed; check the sphere radius and '
-                             f'ground_truth/contacts, add presses deeper than 1 mm ({"; ".join(empty) or "no press is empty"})')
+    if dots < TOUCHPAD.min_dots:
+        raise BadCalibration(f'touchpad calibration: only {dots} dots lie on the sphere, {TOUCHPAD.min_dots} needed; check the sphere '
+                             f'radius and ground_truth/contacts, add presses deeper than 1 mm ({"; ".join(empty) or "no press is empty"})')
     model = _fit(ground, on_sphere, first, camera)
-    if model.scale_sigma > MAX_SCALE_SIGMA:
+    if model.scale_sigma > TOUCHPAD.max_scale_sigma:
         raise BadCalibration(f'touchpad calibration: the depth scale has a standard deviation of {model.scale_sigma:.1%}, '
-                             f'{MAX_SCALE_SIGMA:.0%} allowed; add deeper presses at more positions')
+                             f'{TOUCHPAD.max_scale_sigma:.0%} allowed; add deeper presses at more positions')
     return model, ground, on_sphere, left_out + empty
 
 
@@ -244,8 +232,8 @@ def _usable(presses: list[Press]) -> tuple[list[Press], list[str]]:
     """Presses that can be used, and one line per press that cannot."""
     used, left_out = [], []
     for press in presses:
-        if press.depth < MIN_DEPTH:
-            left_out.append(f'{press.label}: {press.depth * 1e3:.2f} mm deep, less than {MIN_DEPTH * 1e3:.1f} mm')
+        if press.depth < TOUCHPAD.min_depth:
+            left_out.append(f'{press.label}: {press.depth * 1e3:.2f} mm deep, less than {TOUCHPAD.min_depth * 1e3:.1f} mm')
         elif len(press.tracks) < 9:
             left_out.append(f'{press.label}: only {len(press.tracks)} dots seen')
         else:
@@ -262,13 +250,13 @@ def _require_coverage(rest: list[Press], used: list[Press], left_out: list[str])
         raise BadCalibration(f'touchpad calibration: {len(used)} usable presses, at least 3 needed; untouched frames alone do not '
                              f'determine the absorption; add sphere presses of 1 to 4 mm at several positions{tail}')
     depths, tips = np.array([p.depth for p in used]), np.array([p.tip for p in used])
-    if np.ptp(depths) < MIN_DEPTH_SPAN:
-        raise BadCalibration(f'touchpad calibration: depths span {np.ptp(depths) * 1e3:.2f} mm, {MIN_DEPTH_SPAN * 1e3:.0f} mm needed; '
-                             f'add presses of other depths{tail}')
+    if np.ptp(depths) < TOUCHPAD.min_depth_span:
+        raise BadCalibration(f'touchpad calibration: depths span {np.ptp(depths) * 1e3:.2f} mm, {TOUCHPAD.min_depth_span * 1e3:.0f} mm '
+                             f'needed; add presses of other depths{tail}')
     spread = float(np.linalg.norm(tips[:, :2] - tips[0, :2], axis=1).max())
-    if spread < MIN_SPREAD:
+    if spread < TOUCHPAD.min_spread:
         raise BadCalibration(f'touchpad calibration: all presses lie within {spread * 1e3:.2f} mm of one position, '
-                             f'{MIN_SPREAD * 1e3:.0f} mm needed; press at other positions too{tail}')
+                             f'{TOUCHPAD.min_spread * 1e3:.0f} mm needed; press at other positions too{tail}')
 
 
 def _read(presses: list[Press], model: WaterModel, camera: CameraModel, radius: float) -> tuple[list[OnSphere], list[str]]:
@@ -291,7 +279,7 @@ def _fit(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: Cam
     """Fit the model to the colours of the untouched pad and on the sphere."""
     q, covariance = fit(ground.joined([group.colours for group in groups]), camera)
     model = model_from(q, covariance, first.noise, first.ring, camera, first.cap)
-    return replace(model, scale_sigma=float(np.hypot(model.scale_sigma, SCALE_SIGMA_FLOOR)), ring_share=first.ring_share)
+    return replace(model, scale_sigma=float(np.hypot(model.scale_sigma, TOUCHPAD.scale_sigma_floor)), ring_share=first.ring_share)
 
 
 def range_errors(model: WaterModel, group: OnSphere) -> np.ndarray:
@@ -304,7 +292,7 @@ def range_errors(model: WaterModel, group: OnSphere) -> np.ndarray:
 
 def _held_out(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel) -> list[np.ndarray]:
     """Cross-validation range errors (M,), m, of each press in a fit without the presses near it; NaN for fewer than three positions."""
-    cells = np.array([np.round(group.tip[:2] / MIN_SPREAD) for group in groups])
+    cells = np.array([np.round(group.tip[:2] / TOUCHPAD.min_spread) for group in groups])
     keys = np.unique(cells, axis=0)
     errors = [np.full(1, np.nan)] * len(groups)
     for key in keys if len(keys) >= 3 else ():
@@ -333,7 +321,6 @@ _LIGHT = 'window_z', 'lamp_z', 'lamp_radius', 'ambient'
 _SHAPES = {**dict.fromkeys((*_LIGHT, 'ring', 'scale_sigma', 'curvature_radius', 'height'), ()), 'constants': (2,), 'absorptions': (2,),
            'noise': (2, 2), 'camera_centre': (3,), 'image_size': (2,)}
 _POSITIVE = 'ring', 'absorptions', 'curvature_radius', 'height', 'scale_sigma', 'image_size'
-POSE_TOLERANCE = 2e-4  # m; largest difference between the camera's position and that of the calibration
 
 
 def touchpad_file(calibration: TouchpadCalibration, image_size: tuple[int, int], left_out: Sequence[str] = (),
@@ -386,7 +373,7 @@ def read_touchpad(path: str | Path, camera: CameraModel, image_size: tuple[int, 
     if image_size is not None and made_for != list(image_size):
         raise BadCalibration(f'{path}: calibrated with images of {made_for} px, these have {list(image_size)} px; calibrate at this size')
     moved = float(np.linalg.norm(values['camera_centre'] - camera.centre))
-    if moved > POSE_TOLERANCE:
+    if moved > TOUCHPAD.pose_tolerance:
         raise BadCalibration(f'{path}: the camera position of the parameters is {moved * 1e3:.2f} mm from the calibrated one; '
                              'correct the pose or calibrate again')
     light = LightPath(*(values[name] for name in _LIGHT), tuple(values['camera_centre'].tolist()))

@@ -19,16 +19,13 @@ from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..core.calibration_file import CalibrationFile
 from ..core.errors import BadFrame
 from ..dots.reference import rest_warning
+from .constants import TOUCHPAD
 from .contact import DotClassification, make_method
 from .pose import ObjectPose
 from .positions import RestPositions
 from .region import ContactDots, ContactFinder, describe, find_regions
 from .sensor import Touchpad
 from .slip import SlipEstimator
-
-_MAX_COORDINATE = 10.0  # radii of curvature of the cap; farther positions are invalid
-_MAX_UNCHECKED_DRIFT = 0.1  # px; a reference that has drifted further is checked again
-_RANGE_SIGMA = 0.15e-3  # m; common-mode error of the ranges without a calibration
 
 
 @dataclass(frozen=True)
@@ -127,12 +124,12 @@ class ContactEstimator:
         """Check the reference for a press if it is new, has drifted, or was suspected before."""
         uv = self._rest.uv
         known = np.flatnonzero(np.isfinite(uv[:, 0]))
-        if self._suspected or not (np.abs(uv[known] - self._checked[known]) < _MAX_UNCHECKED_DRIFT).all():
+        if self._suspected or not (np.abs(uv[known] - self._checked[known]) < TOUCHPAD.max_unchecked_drift).all():
             self._suspected, self._checked = bool(rest_warning(known, uv[known], self._sensor.columns)), uv.copy()
 
     def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
         """Ids (N,) and positions (N, 3), m, of the dots that also have a reference position."""
-        limit = _MAX_COORDINATE * self._sensor.cap.curvature_radius
+        limit = TOUCHPAD.max_coordinate * self._sensor.cap.curvature_radius
         usable = np.logical_and.reduce(np.abs(tracks.xyz.T) <= limit) & np.isfinite(self._rest.xyz[tracks.id, 0])
         if len(usable) and not usable.any():
             raise BadFrame('no dot has a 3D position: images must be in colour, under the illumination of the reference; shield the '
@@ -174,9 +171,9 @@ def _without_reference(contact: ContactEstimate) -> ContactEstimate:
 
 
 def _calibrated_sigma(calibration: CalibrationFile | None) -> float:
-    """Common-mode error of the ranges, m: the calibration's cross-validation RMSE, or _RANGE_SIGMA without one."""
+    """Common-mode error of the ranges, m: the calibration's cross-validation RMSE, or TOUCHPAD.range_sigma without one."""
     found = np.nan if calibration is None else calibration.residuals.get('held_out_places_range_rms', np.nan)
-    return float(found) if found > 0 else _RANGE_SIGMA
+    return float(found) if found > 0 else TOUCHPAD.range_sigma
 
 
 def _calibrated_reach(calibration: CalibrationFile | None) -> tuple[float | None, float | None]:

@@ -12,11 +12,11 @@ from ..common.camera import CameraModel
 from ..common.geometry import Cap
 from ..common.statistics import robust_sigma
 from ..core.errors import BadArgument, BadFrame
+from .constants import TOUCHPAD
 from .water import (
     LIMITS,
     RING_PIXELS,
     RING_POINTS,
-    RING_SHARE,
     Glare,
     LightPath,
     RingColours,
@@ -30,11 +30,7 @@ from .water import (
     smooth_light,
 )
 
-MODEL_SIGMA = 5e-4  # standard deviation of the path model's error in a log ratio
 CHECK_LIGHT = 'check light and exposure (too dark, or red saturated)'
-_HUBER_SIGMAS = 3.0  # standard deviations, beyond which residuals count linearly
-_FIT_TOLERANCE = 1e-6  # relative decrease of the sum of squares that ends the fit
-RIM_MARGIN = 0.04  # of the cap's height; nearer to the rim the image blurs into the outside
 
 # Prior of the design: a ring light around the lens and a window somewhere between lens and rim. Means and standard deviations of the
 # window's height, the lamps' height above the camera and their radius, all over the camera's distance from the rim plane, and of the
@@ -67,7 +63,7 @@ class Colours:
 
 def ring_covariances(noise: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Covariances (M, 2, 2) of log ratios from count (M,) points of a sampling ring; noise: (2, 2) covariance of a whole ring."""
-    return noise * (RING_POINTS / np.maximum(count, 1))[:, None, None] + np.eye(2) * MODEL_SIGMA**2
+    return noise * (RING_POINTS / np.maximum(count, 1))[:, None, None] + np.eye(2) * TOUCHPAD.model_sigma**2
 
 
 def predict(q: np.ndarray, positions: np.ndarray, normals: np.ndarray, centre: np.ndarray) -> np.ndarray:
@@ -92,8 +88,8 @@ def fit(colours: Colours, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
     line = np.polyfit(lengths(mean), colours.ratios, 1)
     start = np.concatenate([line[1], np.maximum(-line[0], 1.0), mean])
     scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, sd])
-    found = scipy.optimize.least_squares(residuals, start, x_scale=scale, loss='huber', f_scale=_HUBER_SIGMAS, max_nfev=60,
-                                         ftol=_FIT_TOLERANCE)
+    found = scipy.optimize.least_squares(residuals, start, x_scale=scale, loss='huber', f_scale=TOUCHPAD.huber_sigmas, max_nfev=60,
+                                         ftol=1e-6)  # relative decrease of the sum of squares that ends the fit
     return found.x, np.linalg.pinv(found.jac.T @ found.jac)
 
 
@@ -109,7 +105,7 @@ def _plain(ground: _Ground, camera: CameraModel, noise: np.ndarray) -> Colours:
     """Select the colours of the background without glare, as rest_colours."""
     irradiance = LightPath(*design_prior(camera)[0], tuple(camera.centre)).irradiance(ground.positions, ground.normals)
     plain = ~smooth_light(ground.rays, ground.brightness - np.log(irradiance))[2]
-    covariances = noise / ground.pixels[plain][:, None, None] + np.eye(2) * MODEL_SIGMA**2
+    covariances = noise / ground.pixels[plain][:, None, None] + np.eye(2) * TOUCHPAD.model_sigma**2
     return Colours(ground.ratios[plain], covariances, ground.positions[plain], ground.normals[plain])
 
 
@@ -131,7 +127,7 @@ def _ground(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float) -> 
     seen = background_ratios(image, radius)
     rays = camera.rays(seen.uv)
     positions = cap.meet(camera.centre, rays)
-    on = positions[:, 2] > RIM_MARGIN * cap.height
+    on = positions[:, 2] > TOUCHPAD.rim_margin * cap.height
     if on.sum() < 100:
         raise BadFrame(f'surface: only {on.sum()} cells of the untouched pad show its background; check light, exposure and camera pose')
     normals = (positions[on] - [0, 0, cap.centre_z]) / cap.curvature_radius
@@ -215,12 +211,12 @@ def _fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap) 
     ground = _ground(image, camera, cap, radius)
     q, covariance = fit(_plain(ground, camera, noise * RING_PIXELS), camera)
     model = replace(model_from(q, covariance, noise, radius, camera, cap), ring_share=share)
-    return update_constants(model, image, uv, camera) if share > RING_SHARE else model, ground
+    return update_constants(model, image, uv, camera) if share > TOUCHPAD.ring else model, ground
 
 
 def as_ring_colours(ground: Colours, model: WaterModel, centre: np.ndarray) -> Colours:
     """Shift background colours to those of the model's rings, which are nearer to the dots and differ where colour bleeds."""
-    if model.ring_share <= RING_SHARE:
+    if model.ring_share <= TOUCHPAD.ring:
         return ground
     q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
     shift = np.median(predict(q, ground.positions, ground.normals, centre) - ground.ratios, axis=0)

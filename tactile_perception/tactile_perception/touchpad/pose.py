@@ -9,14 +9,10 @@ import cv2
 import numpy as np
 
 from ..common.geometry import are_collinear
+from .constants import TOUCHPAD
 
-_SAME_STAMP_S = 1e-6  # s; stamps that differ by less are equal
-_HISTORY_S = 4.5   # s; motions reach back over 4 s at most (published/touchpad_contact_region.py:MAX_INTERVAL_S)
-
-_MIN_STICKING = 10  # dots, for a fit: its tilt is as precise as ten motions, 0.3 degrees
 # Part of a deviation from the fit that is corrected in a frame: 0.03 degrees, the error of a motion, over 0.2 degrees, that of a fit to ten
 # to twenty dots, measured on simulated grasps. Twice or half of it changes the tilt of the pose by less than a quarter.
-_GAIN = 0.15
 
 Pose = tuple[np.ndarray, np.ndarray]
 
@@ -73,20 +69,20 @@ class StickingReference:
         """
         before, self._before = self._before, (xyz, sticks)
         sticks = sticks & np.isfinite(xyz[:, 0])
-        if len(self._common) != len(sticks) or np.count_nonzero(self._common & sticks) < _MIN_STICKING:
+        if len(self._common) != len(sticks) or np.count_nonzero(self._common & sticks) < TOUCHPAD.min_sticking:
             if before is None:
                 return motion
             self._start, self._common, self._pose = before[0], before[1] & np.isfinite(before[0][:, 0]), (np.eye(3), np.zeros(3))
         self._common = self._common & sticks
         rotation, translation = motion.rotation @ self._pose[0], motion.rotation @ self._pose[1] + motion.translation
-        if np.count_nonzero(self._common) >= _MIN_STICKING:
+        if np.count_nonzero(self._common) >= TOUCHPAD.min_sticking:
             start, now = self._start[self._common], xyz[self._common]
             fitted, middle = fit_rigid(start, now), start.mean(axis=0)
             if fitted is not None:
-                turn = cv2.Rodrigues(_GAIN * cv2.Rodrigues(fitted.rotation @ rotation.T)[0])[0]
+                turn = cv2.Rodrigues(TOUCHPAD.gain * cv2.Rodrigues(fitted.rotation @ rotation.T)[0])[0]
                 moved = rotation @ middle + translation
                 rotation = turn @ rotation
-                translation = moved + _GAIN * (now.mean(axis=0) - moved) - rotation @ middle
+                translation = moved + TOUCHPAD.gain * (now.mean(axis=0) - moved) - rotation @ middle
         last, self._pose = self._pose, (rotation, translation)
         step = rotation @ last[0].T
         return RigidMotion(step, translation - step @ last[1])
@@ -114,13 +110,14 @@ class ObjectPose:
             self._history = []
         pose = self._moved(motion, stamp_s - interval) if self._history else (np.eye(3), np.zeros(3))
         if pose is not None:
-            self._history = [one for one in self._history if one[0] > stamp_s - _HISTORY_S] + [(stamp_s, pose)]
+            # s; motions reach back over 4 s at most (published/touchpad_contact_region.py:MAX_INTERVAL_S)
+            self._history = [one for one in self._history if one[0] > stamp_s - 4.5] + [(stamp_s, pose)]
         return pose
 
     def _moved(self, motion: RigidMotion | None, since: float) -> Pose | None:
         if motion is None:
             return None
         first, pose = self._history[0]
-        if since > first + _SAME_STAMP_S:
-            pose = next((pose for stamp, pose in self._history if abs(stamp - since) < _SAME_STAMP_S), None)
+        if since > first + 1e-6:  # s; stamps that differ by less are equal
+            pose = next((pose for stamp, pose in self._history if abs(stamp - since) < 1e-6), None)
         return pose and (motion.rotation @ pose[0], motion.rotation @ pose[1] + motion.translation)

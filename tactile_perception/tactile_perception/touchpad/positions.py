@@ -16,17 +16,15 @@ from ..common.dots import DotTracks
 from ..common.geometry import Cap
 from ..core.errors import BadArgument, BadFrame
 from ..dots.tracker import DotTracker, tracker_options
+from .constants import TOUCHPAD
 from .identification import identify
 from .membrane import Membrane
 from .sensor import Touchpad
 from .water import GlaringPad, RestLight, RingColours, SeenGlare, WaterModel, log_ratios
 
-_MIN_DRIFT = 0.02  # px; a smaller drift of the reference does not update the membrane
 # m; the volume of the water is constant, so that the mean distance of the dots from the camera hardly changes: by 0.35 mm at most in
 # presses down to 5 mm, but by 0.75 mm if a lamp outside adds 5 of 255 grey levels. Nearly three times the former, so that no press is taken
 # for light; a lamp of about 7 grey levels reaches it.
-_MAX_MEAN_CHANGE = 1.0e-3
-_MIN_EXTENT = 1.0  # px; if all dots lie nearer to the first one, the tracks are wrong and show no shape
 
 
 class RestPositions:
@@ -50,7 +48,7 @@ class RestPositions:
 
     def update(self, tracks: DotTracks) -> int:
         """Take the reference positions of the dots in tracks, and return the version."""
-        if not tracks.rest_moved(self.uv, _MIN_DRIFT):
+        if not tracks.rest_moved(self.uv, TOUCHPAD.min_drift):
             return self.version
         rest = tracks.rest_uv
         known = np.isfinite(rest).all(axis=1)
@@ -149,7 +147,7 @@ class DotPositions:
         """Return a message if the ranges (N,), m, and those at rest (N,), m, contradict the constant volume of the water; else empty."""
         change = ranges - rest_ranges
         change = float(change[np.isfinite(change)].mean())
-        return '' if abs(change) < _MAX_MEAN_CHANGE else (
+        return '' if abs(change) < TOUCHPAD.max_mean_change else (
             'the light or the white balance has changed, or something touched the pad in the reference: the colours of all dots have '
             'changed as no press changes them; forces and positions are unknown; shield the pad, or call set_reference while untouched')
 
@@ -189,7 +187,7 @@ class DotPositions:
 
 def _coincide(uv: np.ndarray) -> bool:
     """Whether all of two or more dots at uv (N, 2), px, coincide. The last is compared first, which settles it for most frames."""
-    return len(uv) > 1 and all(np.abs(some - uv[0]).max() < _MIN_EXTENT for some in (uv[-1], uv))
+    return len(uv) > 1 and all(np.abs(some - uv[0]).max() < TOUCHPAD.min_extent for some in (uv[-1], uv))
 
 
 def touchpad_tracker(sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None) -> DotTracker:

@@ -17,10 +17,9 @@ from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, scatter, to_grid
 from ..core.errors import BadArgument
+from .constants import TOUCHPAD
 from .contact import steps_from
 from .pose import RigidMotion
-
-_MASK_SCALE = 8  # pixels per pitch of the mask that assigns dots to regions
 
 
 @dataclass
@@ -135,10 +134,11 @@ def find_regions(dots: ContactDots) -> list[Region]:
 
 def _within(outline: Outline, dots: ContactDots) -> np.ndarray:
     """Mask (N,) of the dots in contact that lie inside the outline and outside its holes."""
-    mask = np.zeros(((dots.rows + 1) * _MASK_SCALE, (dots.columns + 1) * _MASK_SCALE), np.uint8)
-    loops = [np.round((loop[:, ::-1] + 0.5) * _MASK_SCALE).astype(np.int32) for loop in (outline.grid_points, *outline.grid_holes)]
+    scale = 8  # pixels per pitch
+    mask = np.zeros(((dots.rows + 1) * scale, (dots.columns + 1) * scale), np.uint8)
+    loops = [np.round((loop[:, ::-1] + 0.5) * scale).astype(np.int32) for loop in (outline.grid_points, *outline.grid_holes)]
     cv2.fillPoly(mask, loops, 1)
-    row, column = np.stack(np.divmod(np.asarray(dots.ids), dots.columns)) * _MASK_SCALE + _MASK_SCALE // 2
+    row, column = np.stack(np.divmod(np.asarray(dots.ids), dots.columns)) * scale + scale // 2
     return (mask[row, column] > 0) & (dots.score > 0.5)
 
 
@@ -201,9 +201,6 @@ def _normal_force(dots: ContactDots, region: Region) -> float:
     return max(float(-region.moments.normal @ (near @ dots.force)), 0.0)
 
 
-_MIN_NOTCH_DEPTH = 1.3  # pitches; an outline with a deeper convexity defect may be two merged contacts
-
-
 class ContactFinder:
     """Finds contacts frame by frame.
 
@@ -234,7 +231,7 @@ class ContactFinder:
         border = region.outline.grid_points
         row, column = border.max(axis=0).tolist()
         flags = AT_EDGE if border.min() < 0.5 or row > dots.rows - 1.5 or column > dots.columns - 1.5 else 0
-        if deepest_notch(border) > _MIN_NOTCH_DEPTH:
+        if deepest_notch(border) > TOUCHPAD.notch_depth:
             flags |= AMBIGUOUS
         beyond = self._depth is not None and found.depth > self._depth
         outside = self._radius is not None and math.hypot(found.position[0], found.position[1]) > self._radius

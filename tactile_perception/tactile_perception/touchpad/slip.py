@@ -11,12 +11,10 @@ import numpy as np
 
 from ..common.estimates import NONE, ContactEstimate, SlipEstimate, next_state, planar_twist
 from ..core.errors import BadArgument, BadFrame
+from .constants import TOUCHPAD
 from .region import ContactDots
 
-MIN_DOTS_FOR_TWIST = 6  # twice the three that determine it
 # Share of the frames whose state of slip is wrong although the model is certain, measured on random scenes (docs/stick_slip.md).
-SURE_BUT_WRONG_FRAMES = 0.09
-MAX_OBJECTS = 3  # largest first; the joint probability enumerates 4**MAX_OBJECTS combinations of modes
 
 
 class SlipEstimator:
@@ -80,7 +78,7 @@ class SlipEstimator:
             return estimate
         for contact in contacts:
             known = contact.members[slipping] & np.isfinite(velocity).all(axis=1)
-            if np.count_nonzero(known) >= MIN_DOTS_FOR_TWIST:
+            if np.count_nonzero(known) >= TOUCHPAD.min_dots_for_twist:
                 linear, turn, centre = planar_twist(position[known, :2], velocity[known])
                 estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
                 if not math.isnan(centre[0]):
@@ -94,11 +92,11 @@ def slip_confidence(state: int, objects: Sequence, previous: int = NONE) -> floa
 
     previous: state of the previous frame, from which the hysteresis starts. NaN without an object.
     """
-    judged = [one for one in objects if one.count][:MAX_OBJECTS]
+    judged = [one for one in objects if one.count][:TOUCHPAD.max_objects]
     if not judged:
         return np.nan
     count, right = sum(one.count for one in judged), 0.0
     for modes in product(*(range(len(one.odds)) for one in judged)):
         fraction = sum(one.count * one.slipping[mode] for one, mode in zip(judged, modes)) / count
         right += math.prod(one.odds[mode] for one, mode in zip(judged, modes)) * (next_state(previous, fraction) == state)
-    return SURE_BUT_WRONG_FRAMES / 2 + (1 - 1.5 * SURE_BUT_WRONG_FRAMES) * right  # the two other states are equally likely
+    return TOUCHPAD.sure_but_wrong / 2 + (1 - 1.5 * TOUCHPAD.sure_but_wrong) * right  # the two other states are equally likely

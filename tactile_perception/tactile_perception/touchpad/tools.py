@@ -19,12 +19,10 @@ from ..core.errors import BadCalibration, BadFrame
 from ..core.messages import camera_matrices, stamp_seconds
 from ..core.parameter_files import read_parameters
 from ..dots.tracker import make_tracker
-from .calibration import MIN_DEPTH, Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
+from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
+from .constants import TOUCHPAD
 from .parameters import NODE, TOUCHPAD_PARAMETERS
 from .sensor import Touchpad
-
-_MAX_PRESSES, _MAX_UNTOUCHED = 80, 10  # frames used in the fit
-_MAX_PRESSES_FOR_RADIUS = 12  # presses used in the search for the sphere's radius
 
 
 class PressReader:
@@ -65,11 +63,11 @@ def _press(name: str, image: np.ndarray, tracks, contacts: list) -> Press:
     return Press(image, tracks, np.array([tip.x, tip.y, tip.z]), contacts[0].depth, name)
 
 
-def select_frames(presses: list[Press], max_presses: int = _MAX_PRESSES) -> list[Press]:
+def select_frames(presses: list[Press], max_presses: int = TOUCHPAD.max_presses) -> list[Press]:
     """Evenly spaced selections of untouched frames and of presses; presses shallower than MIN_DEPTH are left out."""
     untouched = [p for p in presses if not p.touching]
-    touching = [p for p in presses if p.touching and p.depth >= MIN_DEPTH]
-    return _evenly(untouched, _MAX_UNTOUCHED) + _evenly(touching, max_presses)
+    touching = [p for p in presses if p.touching and p.depth >= TOUCHPAD.min_depth]
+    return _evenly(untouched, TOUCHPAD.max_untouched) + _evenly(touching, max_presses)
 
 
 def _evenly(items: list, count: int) -> list:
@@ -129,7 +127,7 @@ def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: 
     cap = reader.sensor.cap
     if sphere_radius is None:
         print('fitting the radius of the sphere; --sphere-radius saves this step', file=sys.stderr, flush=True)
-        few = select_frames(presses, _MAX_PRESSES_FOR_RADIUS)
+        few = select_frames(presses, 12)  # presses used in the search for the sphere's radius
         sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
     found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
     height, width = presses[0].image.shape[:2]

@@ -18,6 +18,7 @@ from ..common.geometry import Cap
 from ..common.statistics import SIGMA_PER_MAD, robust_sigma
 from ..common.surface import grid_normals
 from ..core.errors import BadArgument, BadFrame
+from .constants import TOUCHPAD
 
 
 @dataclass
@@ -88,11 +89,6 @@ class LightPath:
 
 
 RING_PIXELS = 9 * RING_POINTS  # on a ring around each dot
-MAX_RED = 250  # grey levels; with a larger mean some pixels may be saturated, a few levels of noise below 255
-MIN_BACKGROUND = 0.93  # of the brightest surrounding pixel; brighter pixels of the untouched pad are background: its shading is smooth
-RING_SHARE = 0.45  # radius of a ring over the pitch: as far from the dot as possible without the rim of the next one
-WIDE_RING_SHARE = 0.55  # the same where dots bleed into the background, because colour has a reduced resolution (4:2:0, 4:2:2, JPEG)
-MIN_BLEEDING = 2e-3  # difference of ln(blue/red) between the two rings from which colour bleeds: four times that of a dented surface
 
 
 def check_image(image: np.ndarray) -> np.ndarray:
@@ -115,18 +111,18 @@ def pitch_px(uv: np.ndarray) -> float:
 
 
 def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
-    """Radius over the pitch of the sampling ring around dots at uv (N, 2), px: WIDE_RING_SHARE if colour bleeds, else RING_SHARE.
+    """Radius over the pitch of the sampling ring around dots at uv (N, 2), px: TOUCHPAD.wide_ring if colour bleeds, else TOUCHPAD.ring.
 
     image: (H, W, 3) uint8 BGR, untouched. Bleeding changes the background's colour near the dots.
     """
     pitch = pitch_px(uv)
-    near, far = (log_ratios(image, uv, share * pitch).ratios[:, 0] for share in (RING_SHARE, WIDE_RING_SHARE))
+    near, far = (log_ratios(image, uv, share * pitch).ratios[:, 0] for share in (TOUCHPAD.ring, TOUCHPAD.wide_ring))
     gap = (near - far)[np.isfinite(near - far)]
     if len(gap) == 0:
-        return RING_SHARE
+        return TOUCHPAD.ring
     middle = np.median(gap)
     sigma = robust_sigma(gap - middle) / np.sqrt(len(gap))
-    return WIDE_RING_SHARE if abs(middle) > MIN_BLEEDING + 4 * sigma else RING_SHARE
+    return TOUCHPAD.wide_ring if abs(middle) > TOUCHPAD.min_bleeding + 4 * sigma else TOUCHPAD.ring
 
 
 @dataclass
@@ -174,8 +170,8 @@ def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> Backg
     blue, green, red = cv2.split(values)
     smooth = cv2.blur(blue + green + red, (3, 3))
     size = 2 * int(np.ceil(radius)) + 1
-    ground = smooth > MIN_BACKGROUND * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
-    ground &= (smooth > 0.2 * np.percentile(smooth[::4, ::4], 90)) & (cv2.blur(red, (3, 3)) < MAX_RED)
+    ground = smooth > TOUCHPAD.min_background * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
+    ground &= (smooth > 0.2 * np.percentile(smooth[::4, ::4], 90)) & (cv2.blur(red, (3, 3)) < TOUCHPAD.max_red)
     ground = cv2.erode(ground.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
     return _cells(values, ground, step)
 
@@ -191,10 +187,6 @@ def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> Background:
     sums = sums[(sums[:, 5] > step * step // 4 - 0.5) & (sums[:, :3].min(1) > 0)]
     logs = np.log(sums[:, :3])
     return Background(sums[:, 3:5] / sums[:, 5:], logs[:, :2] - logs[:, 2:], logs[:, 2] - np.log(sums[:, 5]), sums[:, 5])
-
-
-_ROUNDS = 30  # of reweighting; in the last third bright positions have no weight
-MIN_COLOUR_RATIO = 0.01  # of glare over scattered light; a smaller one, or one above the inverse, is noise
 
 
 @dataclass(frozen=True)
@@ -253,13 +245,14 @@ def smooth_light(rays: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, 
     known = np.isfinite(brightness) & np.isfinite(rays).all(axis=1)
     every = terms(rays)
     design, light, weight = every[known], brightness[known], np.ones(known.sum())
-    for number in range(_ROUNDS):
+    rounds = 30  # of reweighting; in the last third bright positions have no weight
+    for number in range(rounds):
         weighted = (design * np.square(weight)[:, None]).T
         field = np.linalg.lstsq(weighted @ design, weighted @ light, rcond=None)[0]
         excess = light - design @ field
         below = -excess[excess < 0]
         limit = max(LIMITS.bright * SIGMA_PER_MAD * (float(np.median(below)) if len(below) else 0.0), LIMITS.least_bright)
-        weight = np.where(excess > limit, 0.0 if number > 2 * _ROUNDS // 3 else (limit / np.maximum(excess, limit))**2, 1.0)
+        weight = np.where(excess > limit, 0.0 if number > 2 * rounds // 3 else (limit / np.maximum(excess, limit))**2, 1.0)
     excess = brightness - every @ field
     return field, excess, excess > limit
 
@@ -279,11 +272,11 @@ def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray, dy
     share = np.expm1(excess[bright])
     colour = ((1 + share)[:, None] * np.exp(tinted[bright]) - 1) / share[:, None]  # inverse of a mixture's log ratio
     strong = share > np.median(share)  # the colour of weak glare is noisier
-    tint = np.log(np.clip(colour[strong], MIN_COLOUR_RATIO, 1 / MIN_COLOUR_RATIO))
+    tint = np.log(np.clip(colour[strong], TOUCHPAD.min_colour_ratio, 1 / TOUCHPAD.min_colour_ratio))
     before = tint - dyed[bright][strong]
     uneven = [robust_sigma(some - np.median(some, axis=0), axis=0) for some in (before, tint)]
     dry = bool((uneven[0] < uneven[1]).all())
-    found = np.exp(np.median(before, axis=0)) if dry else np.clip(np.median(colour[strong], axis=0), 0, 1 / MIN_COLOUR_RATIO)
+    found = np.exp(np.median(before, axis=0)) if dry else np.clip(np.median(colour[strong], axis=0), 0, 1 / TOUCHPAD.min_colour_ratio)
     return Glare(found, float(np.sqrt(np.mean(share**2))), field, dry)
 
 
@@ -311,7 +304,7 @@ class GlaringPad:
     def _colour(self, lengths: np.ndarray) -> np.ndarray:
         """Colour (N, 2) of the glare over light that has travelled lengths (N,), m, through the water."""
         if self._glare.dry:
-            return self._glare.colour * np.exp(np.clip(self._absorptions * lengths[:, None], 0, -np.log(MIN_COLOUR_RATIO)))
+            return self._glare.colour * np.exp(np.clip(self._absorptions * lengths[:, None], 0, -np.log(TOUCHPAD.min_colour_ratio)))
         return np.tile(self._glare.colour, (len(lengths), 1))
 
     def _light(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -380,7 +373,7 @@ class WaterModel:
     ring: float
     cap: Cap = Cap()
     scale_sigma: float = 0.05
-    ring_share: float = RING_SHARE
+    ring_share: float = TOUCHPAD.ring
 
     def __post_init__(self):
         numbers = np.concatenate([np.ravel(v) for v in (self.constants, self.absorptions, self.noise, self.ring, self.path.window_z)])

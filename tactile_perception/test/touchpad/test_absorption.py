@@ -10,17 +10,9 @@ from hypothesis import given, settings, strategies as st
 
 from tactile_perception._core.touchpad import Glare, SeenColours, WaterColour, water_lengths
 from tactile_perception.core.errors import BadArgument, BadFrame
+from tactile_perception.touchpad.constants import TOUCHPAD
 from tactile_perception.touchpad.identification import fit_rest
-from tactile_perception.touchpad.water import (
-    RING_POINTS,
-    RING_SHARE,
-    WIDE_RING_SHARE,
-    LightPath,
-    check_image,
-    log_ratios,
-    pitch_px,
-    ring_share,
-)
+from tactile_perception.touchpad.water import RING_POINTS, LightPath, check_image, log_ratios, pitch_px, ring_share
 
 
 def rms(values):
@@ -183,8 +175,8 @@ def dotted(noise=0.0):
 @pytest.mark.parametrize('noise', [0.5, 2.0, 6.0])
 def test_bleeding_colour_widens_the_ring_and_noise_does_not(noise, stored_420, stored_jpeg):
     image, uv = dotted(noise)
-    assert ring_share(image, uv) == RING_SHARE
-    assert ring_share(stored_420(image), uv) == ring_share(stored_jpeg(image), uv) == WIDE_RING_SHARE
+    assert ring_share(image, uv) == TOUCHPAD.ring
+    assert ring_share(stored_420(image), uv) == ring_share(stored_jpeg(image), uv) == TOUCHPAD.wide_ring
 
 
 def test_ratios_of_a_uniform_background_are_exact_beside_dark_dots():

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from tactile_perception.core.errors import BadArgument, BadFrame
+from tactile_perception.touchpad.constants import TOUCHPAD
 from tactile_perception.touchpad.identification import as_ring_colours, fit_rest, rest_colours, update_constants
-from tactile_perception.touchpad.water import RING_SHARE, WIDE_RING_SHARE
 
 pytestmark = pytest.mark.full  # each takes seconds of a core
 
@@ -59,7 +59,7 @@ def test_where_colour_bleeds_the_rings_are_used_instead_of_the_background(water_
     pad = water_pad()
     image = stored_420(pad.image())
     model = fit_rest(image, pad.rest_uv, pad.camera)
-    assert model.ring_share == WIDE_RING_SHARE
+    assert model.ring_share == TOUCHPAD.wide_ring
     assert np.sqrt(np.nanmean((model.depths(image, pad.tracks(), pad.camera)[0] - pad.ranges())**2)) < 1e-4
     ground = rest_colours(image, pad.camera, model.cap, model.ring, np.eye(2) * 1e-4)
     shifted = as_ring_colours(ground, model, pad.camera.centre)
@@ -70,9 +70,9 @@ def test_where_colour_bleeds_the_rings_are_used_instead_of_the_background(water_
 def test_a_calibrated_model_widens_its_ring_where_colour_bleeds(water_pad, stored_420):
     pad = water_pad()
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
-    assert model.ring_share == RING_SHARE
+    assert model.ring_share == TOUCHPAD.ring
     followed = update_constants(model, stored_420(pad.image()), pad.rest_uv, pad.camera)
-    assert followed.ring_share == pytest.approx(WIDE_RING_SHARE)
-    assert followed.ring == pytest.approx(model.ring * WIDE_RING_SHARE / RING_SHARE)
+    assert followed.ring_share == pytest.approx(TOUCHPAD.wide_ring)
+    assert followed.ring == pytest.approx(model.ring * TOUCHPAD.wide_ring / TOUCHPAD.ring)
     again = update_constants(followed, pad.image(), pad.rest_uv, pad.camera)
     assert again.ring == followed.ring
