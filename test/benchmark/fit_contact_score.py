@@ -24,7 +24,7 @@ from tactile_driver.simulation.optics.light import Lighting
 from tactile_driver.simulation.optics.rendering import Imaging
 from tactile_driver.simulation.scene.scene import Scene
 from tactile_driver.simulation.scene.specimen import act, one_after_the_other
-from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
+from tactile_driver.simulation.sensors.touchpad import PAD, touchpad
 from tactile_driver.simulation.skin.tools import Motion, Tool, block, disc, ring, sphere
 from tactile_perception.common.progress import progress
 from tactile_perception.dots.tracker import make_tracker
@@ -156,24 +156,24 @@ def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.nda
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
     tracker, positions = make_tracker(values), DotPositions(sensor, camera)
-    rest, membrane = RestPositions(sensor.cap, camera, ROWS, COLUMNS), None
+    rest, membrane = RestPositions(sensor.cap, camera, PAD.rows, PAD.columns), None
     fed, reported, weight = [np.zeros((0, FED), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
     for number in range(scene.frames):
         frame = scene.render(number / RATE)
         tracks = tracker.process(frame.image, 1 + number / RATE)
         tracks.xyz = positions.locate(frame.image, tracks)
         if rest.update(tracks):
-            membrane = Membrane(rest.xyz, ROWS, COLUMNS, camera.centre, sensor.material)
+            membrane = Membrane(rest.xyz, PAD.rows, PAD.columns, camera.centre, sensor.material)
         known = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(rest.xyz[tracks.id]).all(axis=1)
         loads = membrane.core.loads(tracks.id[known], tracks.xyz[known])
-        pitch = float(np.median(np.linalg.norm(np.diff(membrane.core.rest.reshape(ROWS, COLUMNS, 3), axis=1), axis=2)))
+        pitch = float(np.median(np.linalg.norm(np.diff(membrane.core.rest.reshape(PAD.rows, PAD.columns, 3), axis=1), axis=2)))
         if np.abs(loads.load).max() < UNLOADED:
             continue
-        near = np.flatnonzero(cv2.dilate((loads.load > NEAR).reshape(ROWS, COLUMNS).astype(np.uint8), np.ones((3, 3), np.uint8)))
+        near = np.flatnonzero(cv2.dilate((loads.load > NEAR).reshape(PAD.rows, PAD.columns).astype(np.uint8), np.ones((3, 3), np.uint8)))
         loops = frame.truth.outlines + frame.truth.holes
         if len(near):
-            rise = heights(loads.xyz.reshape(ROWS, COLUMNS, 3), loads.normal.reshape(ROWS, COLUMNS, 3), pitch)
-            fed.append(surroundings(loads.load.reshape(ROWS, COLUMNS), rise)[near].astype(np.float32))
+            rise = heights(loads.xyz.reshape(PAD.rows, PAD.columns, 3), loads.normal.reshape(PAD.rows, PAD.columns, 3), pitch)
+            fed.append(surroundings(loads.load.reshape(PAD.rows, PAD.columns), rise)[near].astype(np.float32))
             distance = signed_distance(loops, frame.truth.dot_xyz[near, :2]) / pitch if loops else np.full(len(near), -1.0)
             reported.append(np.clip(distance, -1, 1).astype(np.float32))
             weight.append(np.full(len(near), whole / len(near), np.float32))

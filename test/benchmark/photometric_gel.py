@@ -24,7 +24,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tactile_driver.simulation.sensors.photometric_gel import SCALE, PhotometricScene, PressScript
+from tactile_driver.simulation.sensors.photometric_gel import SHADED, PhotometricScene, PressScript
 from tactile_perception.photometric.calibration import BallFit, Press
 from tactile_perception.photometric.circles import Circle, CircleSearch
 from tactile_perception.photometric.estimator import PhotometricEstimator
@@ -58,12 +58,12 @@ def calibrated(seed: int, dots: bool) -> DepthModel:
             working = to_working_size(shots[k].image)
             change, hidden = background.change(working), background.hidden(working)
             presses.append(Press(str(k), working, change, hidden, search.find(change, hidden)))
-    return BallFit(presses, CALIBRATED_WITH / (SCALE * 640 / background.shape[1])).model([background.image])
+    return BallFit(presses, CALIBRATED_WITH / (SHADED.scale * 640 / background.shape[1])).model([background.image])
 
 
 def played(model: DepthModel, shape: str, radius: float, seed: int, dots: bool) -> Iterator[tuple]:
     """(result, truth, seconds) of each touched frame."""
-    scene, estimator = scene_of(radius, seed + 5000, dots, 4, shape), PhotometricEstimator(model, SCALE)
+    scene, estimator = scene_of(radius, seed + 5000, dots, 4, shape), PhotometricEstimator(model, SHADED.scale)
     scene._light = PhotometricScene(PressScript([(0, 0, 1e-4)], radius=radius, dots=dots), RATE, seed, 640)._light
     for number in range(scene.frames):
         shot = scene.render(number / RATE)

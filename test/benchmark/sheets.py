@@ -74,7 +74,7 @@ class AnySheet:
         """The sensor that ships, with another sheet and print and moved cameras."""
         kind, rng, usual = self.kind, np.random.default_rng([self.seed, 32]), getattr(self.kind.module, self.name)(self.seed)
         lamps = kind.module._LAMPS
-        half, tension = kind.module._HALF, kind.tension * self._thick * self._stiff
+        half, tension = kind.module.SHEET.half, kind.tension * self._thick * self._stiff
         sheet = Sheet(2 * half[0], 2 * half[1], tension, self._stretch, kind.bending * self._stiff * self._thick**3, kind.nodes)
         cameras = tuple(replace(one, translation=one.translation + rng.normal(0, (5e-4, 5e-4, 1e-3))) for one in usual.cameras)
         renderers = tuple(Renderer(sheet, camera, lamps, old.imaging, 2 * self.seed + side)

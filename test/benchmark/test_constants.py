@@ -21,7 +21,7 @@ from printed_dots import make_scene
 from taxel_latency import DEVICES, TAXEL_SCENES, Score, TaxelScene, device, macro_f1
 
 from tactile_driver.parameters.table import defaults
-from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS
+from tactile_driver.simulation.sensors.touchpad import PAD
 from tactile_perception import _core
 from tactile_perception.common.estimates import NONE, next_state
 from tactile_perception.core.parameter_files import read_parameters
@@ -160,7 +160,7 @@ def seen(rate, noise=1.0, seed=8800):
 
 
 def _solved(scene, model=None):
-    membrane = Membrane(scene.rest, ROWS, COLUMNS, scene.origin, scene.material, model)
+    membrane = Membrane(scene.rest, PAD.rows, PAD.columns, scene.origin, scene.material, model)
     membrane.core.reset(SCALE)
     frames = [(membrane.solve(*frame).xyz, truth.dot_state, (truth.dot_state > 0) | (truth.dot_gap > NEAR))
               for frame, truth in zip(scene.frames, scene.truths)]
@@ -168,7 +168,7 @@ def _solved(scene, model=None):
 
 
 def classifier(scene, model=None):
-    method = MembraneMethod(ROWS, COLUMNS, scene.material, scene.origin, model)
+    method = MembraneMethod(PAD.rows, PAD.columns, scene.material, scene.origin, model)
     method.set_rest(scene.rest)
     return method
 

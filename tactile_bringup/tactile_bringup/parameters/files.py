@@ -107,8 +107,8 @@ def simulated_specimen() -> dict[str, object]:
 
 def simulated_gel() -> dict[str, object]:
     """What a user would measure on the simulated gel, by parameter name, with its scene."""
-    distance = gel.DISTANCE - gel.MATERIAL.depth
-    return {'scene': 'gel_demo', 'rows': gel.ROWS, 'columns': gel.COLUMNS, 'gel.thickness': gel.MATERIAL.thickness,
+    distance = gel.GEL.distance - gel.MATERIAL.depth
+    return {'scene': 'gel_demo', 'rows': gel.GEL.rows, 'columns': gel.GEL.columns, 'gel.thickness': gel.MATERIAL.thickness,
             'gel.dot_depth': gel.MATERIAL.depth, 'gel.young_modulus': gel.MATERIAL.young, 'gel.poisson_ratio': gel.MATERIAL.poisson,
             'gel.friction': gel.GelScript.friction, 'camera.translation': [0.0, 0.0, round(distance, 6)]}
 

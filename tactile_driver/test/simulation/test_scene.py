@@ -9,7 +9,7 @@ import pytest
 
 from tactile_driver.errors import BadArgument
 from tactile_driver.simulation.scene.observe import SLIP_SPEED, Observer, find_region
-from tactile_driver.simulation.scene.specimen import UNTOUCHED, Script, Shutters, one_after_the_other, press
+from tactile_driver.simulation.scene.specimen import TIMING, Script, Shutters, one_after_the_other, press
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.areal_dual import areal_dual
@@ -261,7 +261,7 @@ def test_bad_numbers_are_refused(arguments):
 def test_every_scene_starts_untouched_and_ends_before_its_duration():
     for name, script in SCENES.items():
         starts = [keys[0].t for _, keys in script.acts]
-        assert all(start >= UNTOUCHED for start in starts), name
+        assert all(start >= TIMING.untouched for start in starts), name
         ends = [keys[-1].t for _, keys in script.acts]
         assert all(end <= start for end, start in zip(ends, starts[1:])), name
         assert all(keys[0].press < 0 and keys[-1].press < 0 for _, keys in script.acts), name

@@ -24,7 +24,6 @@ from .model import LOAD_TERMS, Creep, FingerFit, FingerModel, cross_basis, featu
 # Map, light and cross term
 # Range of a calibrated position (_reach), half widths: 1.5 spacings of the calibration close its gaps, within bounds.
 # Creep of the cover
-# Loads, and the light at first contact
 
 
 @dataclass(frozen=True)

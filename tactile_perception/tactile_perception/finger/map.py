@@ -79,10 +79,6 @@ def tabulated(evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     return values.reshape(CELLS + 1, CELLS + 1, -1).astype(float)
 
 
-# Grid of hyperparameters that the likelihood selects from: lengths from the spacing of a dense calibration to the half width of the
-# detector, amplitudes from a tenth of a degree to the distortion of the paper's finger (6 degrees, fig 8).
-
-
 def trend(spot: np.ndarray, terms: int) -> np.ndarray:
     """Basis (N, terms) at spots (N, 2): 3 terms are affine, 5 add radial distortion of third order."""
     x, y = spot.T
@@ -163,6 +159,8 @@ def fit_smooth_map(spot: np.ndarray, values: np.ndarray, noise: np.ndarray, term
 
     noise: (N,) rad, of each spot; terms: of the trend. Hyperparameters maximise the restricted likelihood over a grid.
     """
+    # From the spacing of a dense calibration to the half width of the detector, and from a tenth of a degree to the distortion of the
+    # paper's finger (6 degrees, fig 8).
     lengths, amplitudes = (0.15, 0.25, 0.4, 0.65, 1.0), (0.003, 0.01, 0.03, 0.1)  # half widths, rad
     label_sigmas = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: errors of positions and labels beside the noise of the light
     choices = itertools.product(lengths, amplitudes, label_sigmas)

@@ -15,10 +15,6 @@ from .pressure import TaxelArray
 #: Constants of motion and slip, with units and meaning in src/taxel/tracker.hpp.
 LIMITS = MotionLimits()
 
-# Measured on two simulated devices: number of patches that slip independently, and share of the frames that no slipping fraction explains.
-# Precision of the states NONE, INCIPIENT and GROSS without calibrated pressure. Measured on the same devices in ten scenes, with the data
-# of four pads in turn: 0.978 to 0.989, 0.07 to 0.32, 0.57 to 0.70.
-
 
 class TaxelSlip:
     """Slip of the object from its motion and the slipping taxels, with hysteresis of the state.

@@ -40,11 +40,8 @@ def find_sphere_radius(misfit: Callable[[float], float]) -> float:
                              'radius with --sphere-radius, and check that ground_truth/contacts holds the tips of sphere presses')
     import scipy.optimize  # calibration alone needs it
     found = scipy.optimize.minimize_scalar(log_misfit, bounds=(coarse[best - 1], coarse[best + 1]), method='bounded',
-                                           options={'xatol': 0.01})  # relative
+                                           options={'xatol': TOUCHPAD.radius_tolerance})
     return float(np.exp(found.x))
-
-
-# Share of the deepest penetration; where the sphere is at least this deep inside the undeformed cap, the membrane lies on the sphere.
 
 
 @dataclass

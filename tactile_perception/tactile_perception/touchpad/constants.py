@@ -21,6 +21,7 @@ class TouchpadConstants:
     max_scale_sigma: float = constant(0.03, '1', 'limit', 'relative standard deviation of the depth scale')
     scale_sigma_floor: float = constant(0.005, '1', 'measured', 'relative error of the depth scale that the light path model itself leaves')
     pose_tolerance: float = constant(2e-4, 'm', 'limit', 'between the position of the camera and that of the calibration')
+    radius_tolerance: float = constant(0.01, '1', 'numeric', 'relative, of the radius of the sphere')
     ring_test_points: int = constant(8, '1', 'numeric', 'on the sampling ring of a dot, all of which must lie on the sphere')
     max_coordinate: float = constant(10.0, 'curvature radius', 'limit', 'of the cap; farther positions are invalid')
     max_unchecked_drift: float = constant(0.1, 'px', 'limit', 'a reference that has drifted further is checked again')

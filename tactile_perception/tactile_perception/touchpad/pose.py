@@ -11,9 +11,6 @@ import numpy as np
 from ..common.geometry import are_collinear
 from .constants import TOUCHPAD
 
-# Part of a deviation from the fit that is corrected in a frame: 0.03 degrees, the error of a motion, over 0.2 degrees, that of a fit to ten
-# to twenty dots, measured on simulated grasps. Twice or half of it changes the tilt of the pose by less than a quarter.
-
 Pose = tuple[np.ndarray, np.ndarray]
 
 

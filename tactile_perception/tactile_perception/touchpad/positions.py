@@ -22,10 +22,6 @@ from .membrane import Membrane
 from .sensor import Touchpad
 from .water import GlaringPad, RestLight, RingColours, SeenGlare, WaterModel, log_ratios
 
-# m; the volume of the water is constant, so that the mean distance of the dots from the camera hardly changes: by 0.35 mm at most in
-# presses down to 5 mm, but by 0.75 mm if a lamp outside adds 5 of 255 grey levels. Nearly three times the former, so that no press is taken
-# for light; a lamp of about 7 grey levels reaches it.
-
 
 class RestPositions:
     """Reference positions of all K dots of a grid.

@@ -14,8 +14,6 @@ from ..core.errors import BadArgument, BadFrame
 from .constants import TOUCHPAD
 from .region import ContactDots
 
-# Share of the frames whose state of slip is wrong although the model is certain, measured on random scenes (docs/stick_slip.md).
-
 
 class SlipEstimator:
     """Estimates slip frame by frame."""

@@ -18,8 +18,8 @@ RATE = 5.0
 
 
 def values_of(**changes):
-    distance = gel.DISTANCE - gel.MATERIAL.depth
-    return {**defaults(GEL_PARAMETERS), 'rows': gel.ROWS, 'columns': gel.COLUMNS,
+    distance = gel.GEL.distance - gel.MATERIAL.depth
+    return {**defaults(GEL_PARAMETERS), 'rows': gel.GEL.rows, 'columns': gel.GEL.columns,
             'gel.thickness': gel.MATERIAL.thickness, 'gel.dot_depth': gel.MATERIAL.depth, 'gel.young_modulus': gel.MATERIAL.young,
             'gel.poisson_ratio': gel.MATERIAL.poisson, 'camera.translation': [0.0, 0.0, distance]} | changes
 
@@ -54,14 +54,14 @@ def test_images_of_a_gel_become_contacts_and_forces(scene, changes):
 
 
 def test_a_gel_of_unknown_modulus_warns():
-    stage = GelStage(values_of(**{'gel.young_modulus': 0.0, 'gel.pitch': gel.PITCH, 'input': 'dots'}))
+    stage = GelStage(values_of(**{'gel.young_modulus': 0.0, 'gel.pitch': gel.GEL.pitch, 'input': 'dots'}))
     with pytest.raises(BadFrame):
         stage.process(DotTracks(header=header_of(10**9, 'gel'), rows=9, columns=12))
     assert 'gel.young_modulus' in stage.health()[0]
 
 
 def test_a_message_with_one_dot_is_refused():
-    stage = GelStage(values_of(**{'gel.pitch': gel.PITCH, 'input': 'dots'}))
+    stage = GelStage(values_of(**{'gel.pitch': gel.GEL.pitch, 'input': 'dots'}))
     alone = DotTracks(header=header_of(10**9, 'gel'), rows=9, columns=12, id=[3], u=[1.0], v=[1.0], area=[4.0], du=[0.0], dv=[0.0])
     with pytest.raises(BadFrame, match='1 dots with a known undeformed position'):
         stage.process(alone)

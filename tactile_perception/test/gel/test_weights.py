@@ -19,8 +19,8 @@ from tactile_perception.gel.tools import calibrate_weights
 from tactile_perception.tools.calibrate import main
 
 RATE = 5.0
-VALUES = {'rows': gel.ROWS, 'columns': gel.COLUMNS, 'gel.thickness': gel.MATERIAL.thickness,
-          'gel.dot_depth': gel.MATERIAL.depth, 'gel.poisson_ratio': gel.MATERIAL.poisson, 'gel.pitch': gel.PITCH}
+VALUES = {'rows': gel.GEL.rows, 'columns': gel.GEL.columns, 'gel.thickness': gel.MATERIAL.thickness,
+          'gel.dot_depth': gel.MATERIAL.depth, 'gel.poisson_ratio': gel.MATERIAL.poisson, 'gel.pitch': gel.GEL.pitch}
 
 
 @pytest.fixture(scope='module')

@@ -10,7 +10,7 @@ import yaml
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.recordings.writer import write_messages
-from tactile_driver.simulation.sensors.photometric_gel import SCALE
+from tactile_driver.simulation.sensors.photometric_gel import SHADED
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.core.errors import BadCalibration, BadFrame
 from tactile_perception.core.parameter_files import read_parameters
@@ -38,7 +38,7 @@ def specimen(request, tmp_path_factory):
     """Values of the parameters of a calibrated gel, without dots and with; the report of calibrate; its scenes."""
     folder = tmp_path_factory.mktemp('photometric')
     params, bag, output = folder / 'gel.yaml', folder / 'presses', folder / 'calibration.yaml'
-    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {'sensor_type': 'photometric_gel', 'gel.scale': SCALE}}}))
+    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {'sensor_type': 'photometric_gel', 'gel.scale': SHADED.scale}}}))
     write_messages(bag, '/gel', (frame[:3] for frame in messages_of(f'photometric{request.param}_calib')))
     report = calibrate_balls([bag], params, output, sphere_radius=0.0025)
     values = read_parameters(params, PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS) | {'calibration': str(output)}
@@ -93,7 +93,7 @@ def test_a_circle_that_is_on_no_ball_is_left_out_of_the_fit():
             presses.append(Press(f'press {len(presses)}', working, change, hidden, search.find(change, hidden)))
     circle = presses[4].circle
     presses[4] = presses[4]._replace(circle=circle._replace(x=(circle.x + 160) % 320))
-    fit = BallFit(presses, 0.0025 / (SCALE * 2))
+    fit = BallFit(presses, 0.0025 / (SHADED.scale * 2))
     assert len(fit.left_out) == 1 and fit.left_out[0].startswith('press 4: ') and len(fit.presses) == len(presses) - 1
 
 
@@ -172,7 +172,7 @@ def test_images_of_another_resolution_are_refused_until_gel_scale_is_that_of_the
         PhotometricStage(values).process(half)
     with pytest.raises(BadFrame, match='640 x 360'):
         PhotometricStage(values).process(image_to_message(Frame(np.ascontiguousarray(pixels[60:-60]), 1, 'bgr8'), '', message.header))
-    assert PhotometricStage(values | {'gel.scale': 2 * SCALE}).process(half)
+    assert PhotometricStage(values | {'gel.scale': 2 * SHADED.scale}).process(half)
 
 
 def test_without_a_calibration_nothing_is_estimated_and_the_user_is_told(specimen):
@@ -232,7 +232,7 @@ def test_known_weights_give_the_force_of_other_presses_and_its_error(specimen, t
     frames = list(messages_of('photometric_shear'))
     params, output = tmp_path / 'gel.yaml', tmp_path / 'calibration.yaml'
     params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {
-        'sensor_type': 'photometric_gel', 'gel.scale': SCALE, 'gel.thickness': 0.004, 'calibration': values['calibration']}}}))
+        'sensor_type': 'photometric_gel', 'gel.scale': SHADED.scale, 'gel.thickness': 0.004, 'calibration': values['calibration']}}}))
     write_messages(tmp_path / 'weight', '/gel', [frame[:3] for frame in frames[:31]])  # up to the end of the press, before the drag
     report = calibrate_gel([tmp_path / 'weight'], params, output, weight=-float(frames[30][3].wrench[2]))
     assert report.startswith('1 loads')

@@ -15,7 +15,6 @@ from tactile_perception.common.dots import DotTracks
 from tactile_perception.core.calibration_file import write_calibration
 from tactile_perception.core.errors import BadCalibration
 from tactile_perception.touchpad.calibration import (
-    RADIUS_TOLERANCE,
     Press,
     TouchpadCalibration,
     dots_on_sphere,
@@ -24,6 +23,7 @@ from tactile_perception.touchpad.calibration import (
     read_touchpad,
     touchpad_file,
 )
+from tactile_perception.touchpad.constants import TOUCHPAD
 from tactile_perception.touchpad.identification import fit_rest
 from tactile_perception.touchpad.water import LightPath, WaterModel
 
@@ -131,7 +131,7 @@ def test_a_calibration_from_recorded_presses_is_accurate_on_other_scenes():
 @pytest.mark.parametrize('radius', [3e-3, 5e-3, 8e-3, 12e-3, 24e-3])
 def test_the_radius_of_minimum_misfit_is_found(radius):
     found = find_sphere_radius(lambda r: 1e-5 + 1e-4 * abs(np.log(r / radius)))
-    assert found == pytest.approx(radius, rel=2 * RADIUS_TOLERANCE)
+    assert found == pytest.approx(radius, rel=2 * TOUCHPAD.radius_tolerance)
 
 
 def test_radii_that_cannot_be_fitted_are_skipped():

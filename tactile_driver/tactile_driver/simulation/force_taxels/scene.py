@@ -14,10 +14,18 @@ from ..keyed_scene import KeyedScene, open_keyed_scene
 from ..truth import NO_SLIP, NON_CONTACT, SLIPPING, STICKING, Touch, TruthFrame, slip_state_of
 from .device import DEVICES, Electronics, Specimen, SpringBed
 
-_STEP_S = 0.002  # of the object's motion
-_SLIPS = 1e-4  # m/s, slower motion of a node over the object is creep
-_FELT = 0.02  # N, on a taxel that is touched
-_CLEAR = -5e-4  # m, depth of an object that does not touch
+
+@dataclass(frozen=True)
+class Motion:
+    """Steps and limits of the object's motion."""
+
+    step_s: float = 0.002  # s of the object's motion
+    slips: float = 1e-4  # m/s, slower motion of a node over the object is creep
+    felt: float = 0.02  # N, on a taxel that is touched
+    clear: float = -5e-4  # m, depth of an object that does not touch
+
+
+MOTION = Motion()
 
 
 def _plate(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -50,7 +58,7 @@ class Key:
     x: float = 0.0
     y: float = 0.0
     turn: float = 0.0
-    depth: float = _CLEAR
+    depth: float = MOTION.clear
     load: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
@@ -66,10 +74,11 @@ class VectorScript:
 
 def _demo(device: str, thing: str = 'ball', depth: float = 6e-4) -> VectorScript:
     """Pressed, held, sheared without slip, dragged, held, dragged back, turned, released."""
-    poses = ((0.0, 0, 0, 0, _CLEAR), (1.5, 0, 0, 0, _CLEAR), (2.0, 0, 0, 0, depth), (2.6, 0, 0, 0, depth), (3.0, 1e-4, 0, 0, depth),
-             (3.6, 1e-4, 0, 0, depth), (4.6, 4e-3, 1e-3, 0, depth), (5.2, 4e-3, 1e-3, 0, depth), (6.4, -1e-3, -1e-3, 0, depth),
+    poses = ((0.0, 0, 0, 0, MOTION.clear), (1.5, 0, 0, 0, MOTION.clear), (2.0, 0, 0, 0, depth), (2.6, 0, 0, 0, depth),
+             (3.0, 1e-4, 0, 0, depth), (3.6, 1e-4, 0, 0, depth), (4.6, 4e-3, 1e-3, 0, depth), (5.2, 4e-3, 1e-3, 0, depth),
+             (6.4, -1e-3, -1e-3, 0, depth),
              (6.8, -1e-3, -1e-3, 0, depth), (7.6, -1e-3, -1e-3, 0.8, depth), (8.0, -1e-3, -1e-3, 0.8, depth),
-             (8.4, -1e-3, -1e-3, 0.8, _CLEAR), (9.2, 0, 0, 0, _CLEAR))
+             (8.4, -1e-3, -1e-3, 0.8, MOTION.clear), (9.2, 0, 0, 0, MOTION.clear))
     return VectorScript(device, thing, tuple(Key(*pose) for pose in poses))
 
 
@@ -99,7 +108,7 @@ def random_script(device: str, seed: int) -> VectorScript:
                turn=last.turn + rng.uniform(-0.2, 0.2))
             go(rng.uniform(0.2, 0.6))
             angle += np.pi + rng.uniform(-0.5, 0.5)
-        go(rng.uniform(0.2, 0.5), depth=_CLEAR)
+        go(rng.uniform(0.2, 0.5), depth=MOTION.clear)
         go(rng.uniform(0.5, 1.0))
     return VectorScript(device, thing, tuple(keys), friction)
 
@@ -145,7 +154,7 @@ class VectorScene(KeyedScene):
 
     def render(self, time: float) -> tuple[np.ndarray, TruthFrame]:
         """Numbers (N, 3) and truth at a time, s; the scene repeats. An earlier time restarts it."""
-        time, times = self._steps_to(time, _STEP_S)
+        time, times = self._steps_to(time, MOTION.step_s)
         slid, before = np.zeros(len(self.shape.nodes)), self._at(self._now)
         for now in times:
             pose = self._at(now)
@@ -154,7 +163,7 @@ class VectorScene(KeyedScene):
             before = pose
         interval, self._now = max(time - self._now, 1e-6), time
         forces = self.bed.forces + pose[4:] / len(self.shape.nodes)
-        return self.electronics.read(forces, interval), self._truth(forces, slid > _SLIPS * interval, pose, time)
+        return self.electronics.read(forces, interval), self._truth(forces, slid > MOTION.slips * interval, pose, time)
 
     def _depths(self, pose: np.ndarray) -> np.ndarray:
         """Depth (K,), m, of each node in the object."""
@@ -175,9 +184,9 @@ class VectorScene(KeyedScene):
         load = np.bincount(shape.owner, pressed, count)
         slips = np.bincount(shape.owner, pressed * slipping, count) > 0.5 * load
         frame.dot_id = np.arange(count)
-        frame.dot_state = np.where(load > _FELT, np.where(slips, SLIPPING, STICKING), NON_CONTACT).astype(np.uint8)
+        frame.dot_state = np.where(load > MOTION.felt, np.where(slips, SLIPPING, STICKING), NON_CONTACT).astype(np.uint8)
         touched = pressed > 0
-        if load.max() <= _FELT:
+        if load.max() <= MOTION.felt:
             return frame
         frame.area, frame.centroid = float(touched.sum()) * shape.cell, np.average(shape.nodes, axis=0, weights=pressed)
         normal = np.average(shape.facing, axis=0, weights=pressed)

@@ -12,16 +12,19 @@ from ..skin.surfaces import Skin
 from .camera import SimulatedCamera
 from .light import vignette
 
-#: px: light is computed once per cell of this size, because only dots, highlights and the rim are sharp.
-_CELL = 4
-#: px: cell size of the map from the image to the skin, which varies even more slowly.
-_WIDE_CELL = 8
-#: Iterations that invert this map.
-_INVERSE_STEPS = 5
-#: px^2: variance of a uniform distribution over a pixel.
-_PIXEL_VARIANCE = 1 / 12
-#: Standard deviations: a smooth step 3 t^2 - 2 t^3 of this half width has the variance of the blur.
-_STEP_WIDTH = 5**0.5
+
+@dataclass(frozen=True)
+class Rendering:
+    """Resolution of images."""
+
+    cell: int = 4  # px: light is computed once per cell, because only dots, highlights and the rim are sharp
+    wide_cell: int = 8  # px, of the map from the image to the skin, which varies even more slowly
+    inverse_steps: int = 5  # iterations that invert this map
+    pixel_variance: float = 1 / 12  # px^2: of a uniform distribution over a pixel
+    step_width: float = 5**0.5  # sigma: a smooth step 3 t^2 - 2 t^3 of this half width has the variance of the blur
+
+
+RENDERING = Rendering()
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Renderer:
 
     def __init__(self, skin: Skin, camera: SimulatedCamera, lighting, imaging: Imaging, seed: int):
         self.skin, self.camera, self.imaging, self._lighting, self._seed = skin, camera, imaging, lighting, seed
-        self._spread = np.sqrt((imaging.blur * camera.scale)**2 + _PIXEL_VARIANCE)
+        self._spread = np.sqrt((imaging.blur * camera.scale)**2 + RENDERING.pixel_variance)
         self._set_up_cells()
         self._inside = self._skin_cover()
         self._reflections = self._fixed_spots()
@@ -101,20 +104,20 @@ class Renderer:
         """For the resting skin: the grid coordinates seen by each wide cell, and their gradient over the image."""
         camera = self.camera
         self._last = len(self.skin.coarse(self.skin.rest)) - 1
-        columns, rows = (np.arange(_WIDE_CELL / 2 - 0.5, size, _WIDE_CELL) for size in (camera.width, camera.height))
+        columns, rows = (np.arange(RENDERING.wide_cell / 2 - 0.5, size, RENDERING.wide_cell) for size in (camera.width, camera.height))
         self._goal = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float32)
         hit = self.skin.seen_at_rest(camera.centre, camera.rays(self._goal.reshape(-1, 2)))
         square = np.clip(self.skin.square_of(hit).reshape(self._goal.shape), -1, 1)
         self._rest_position = ((square + 1) * self._last / 2).astype(np.float32)
-        self._steer_down, self._steer_across = np.gradient(self._rest_position, _WIDE_CELL, axis=(0, 1))
-        columns, rows = (np.arange(_CELL / 2 - 0.5, size, _CELL) for size in (camera.width, camera.height))
+        self._steer_down, self._steer_across = np.gradient(self._rest_position, RENDERING.wide_cell, axis=(0, 1))
+        columns, rows = (np.arange(RENDERING.cell / 2 - 0.5, size, RENDERING.cell) for size in (camera.width, camera.height))
         self._fall_off = vignette(camera, columns, rows, self.imaging.cosine, self.imaging.stop)[..., None]
 
     def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, tuple]:
         """Diffuse light (h, w, 3), grey levels, of the cells; and the specular highlights."""
         seen = self.camera.project(shape).astype(np.float32)
         position = self._rest_position
-        for _ in range(_INVERSE_STEPS):
+        for _ in range(RENDERING.inverse_steps):
             error = self._goal - _look_up(seen, position)
             position = position + error[..., :1] * self._steer_across + error[..., 1:] * self._steer_down
             np.clip(position, 0, self._last, out=position)
@@ -135,7 +138,7 @@ class Renderer:
         size = np.einsum('kij,kij->k', spread, spread)
         largest = np.sqrt((size + np.sqrt(np.maximum(size**2 - 4 * np.linalg.det(spread)**2, 0))) / 2)
         # A pixel k steps from the pixel at the dot's centre is at least k - 1/2 px from the centre.
-        reach = np.round(largest * radius + _STEP_WIDTH * self._spread).astype(int)
+        reach = np.round(largest * radius + RENDERING.step_width * self._spread).astype(int)
         corner = np.round(uv).astype(int)
         total = np.zeros((camera.height, camera.width), np.float32)
         visible = ((corner + reach[:, None] >= 0) & (corner - reach[:, None] < total.shape[::-1])).all(axis=1)
@@ -154,7 +157,7 @@ class Renderer:
 
         The edge is a smooth step across the ellipse with the variance of the lens blur.
         """
-        scale = np.sqrt(np.abs(np.linalg.det(spread))) / (2 * _STEP_WIDTH * self._spread)
+        scale = np.sqrt(np.abs(np.linalg.det(spread))) / (2 * RENDERING.step_width * self._spread)
         inverse = np.linalg.inv(spread) * scale[:, None, None]
         form = (inverse.transpose(0, 2, 1) @ inverse).astype(np.float32)
         x, y = off[:, 0, None].astype(np.float32) + steps, off[:, 1, None].astype(np.float32) + steps

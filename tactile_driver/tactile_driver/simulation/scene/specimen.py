@@ -16,16 +16,21 @@ from ..optics.rendering import Renderer
 from ..skin.surfaces import Skin
 from ..skin.tools import Key
 
-Act = tuple[str, list[Key]]
 
-#: s: time without contact at the start of each scene, for taking a reference.
-UNTOUCHED = 1.5
-#: s: the same for scenes that start together with all nodes, on a possibly busy machine.
-STARTING = 4.0
-#: m and s: height above the skin from which a tool approaches, and duration of approach and retreat.
-_ABOVE, _APPROACH_S = -0.0015, 0.25
-#: Largest offset of two exposures, in frame periods; below one half, so that exposures of the same number are the nearest ones.
-_MAX_DELAY = 0.45
+@dataclass(frozen=True)
+class Timing:
+    """When a scene's tools touch."""
+
+    untouched: float = 1.5  # s: without contact at the start of each scene, for taking a reference
+    starting: float = 4.0  # s: the same for scenes that start together with all nodes, on a possibly busy machine
+    above: float = -0.0015  # m: height above the skin from which a tool approaches
+    approach: float = 0.25  # s: duration of approach and retreat
+    max_delay: float = 0.45  # of two exposures, in frame periods; below one half: exposures of the same number are the nearest ones
+
+
+TIMING = Timing()
+
+Act = tuple[str, list[Key]]
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class Shutters:
     """Exposures of the right camera relative to those of the left one.
 
     offset: s, mean delay of the right camera; swing: s, amplitude of the slow drift of this delay, one period per scene; jitter: s,
-    standard deviation of single exposures; seed: of the jitter. The delay is limited to _MAX_DELAY of a frame period.
+    standard deviation of single exposures; seed: of the jitter. The delay is limited to TIMING.max_delay of a frame period.
     """
 
     offset: float = 0.0
@@ -57,7 +62,8 @@ class Shutters:
     def delays(self, frames: int, rate: float) -> np.ndarray:
         """(frames,) s: delay of the right exposure of each frame of a scene at rate frames/s; negative where it is the earlier one."""
         drift = self.offset + self.swing * np.sin(2 * np.pi * np.arange(frames) / frames)
-        return np.clip(drift + np.random.default_rng([self.seed, 5]).normal(0, self.jitter, frames), -_MAX_DELAY / rate, _MAX_DELAY / rate)
+        delay = drift + np.random.default_rng([self.seed, 5]).normal(0, self.jitter, frames)
+        return np.clip(delay, -TIMING.max_delay / rate, TIMING.max_delay / rate)
 
 
 @dataclass(frozen=True)
@@ -80,8 +86,8 @@ def act(tool: str, start: float, *waypoints: dict, x: float = 0.0, y: float = 0.
     keys = [Key(start, x, y, press=0.0)]
     for waypoint in waypoints:
         keys.append(replace(keys[-1], **{**waypoint, 't': start + waypoint['t']}))
-    first, last = (replace(key, press=_ABOVE) for key in (keys[0], keys[-1]))
-    return tool, [replace(first, t=start - _APPROACH_S), *keys, replace(last, t=last.t + _APPROACH_S)]
+    first, last = (replace(key, press=TIMING.above) for key in (keys[0], keys[-1]))
+    return tool, [replace(first, t=start - TIMING.approach), *keys, replace(last, t=last.t + TIMING.approach)]
 
 
 def acting(tool: str, *waypoints: dict, **at: float) -> Callable[..., Act]:
@@ -125,10 +131,10 @@ def one_of_two(tool: str, x: float, y: float, depth: float, yaw: float, deeper: 
     return name, [replace(key, yaw=yaw) for key in keys]
 
 
-def one_after_the_other(acts: list[Callable[[float], Act]], untouched: float = UNTOUCHED, pause: float = 1.0) -> tuple[Act, ...]:
+def one_after_the_other(acts: list[Callable[[float], Act]], untouched: float = TIMING.untouched, pause: float = 1.0) -> tuple[Act, ...]:
     """The acts in sequence. acts: functions of the keyword start, s; untouched: s, before the first act; pause: s, between two acts."""
-    played, t = [], untouched + _APPROACH_S
+    played, t = [], untouched + TIMING.approach
     for play in acts:
         played.append(play(start=t))
-        t = played[-1][1][-1].t + pause + _APPROACH_S
+        t = played[-1][1][-1].t + pause + TIMING.approach
     return tuple(played)

@@ -3,6 +3,7 @@
 """The simulated air cushion and its scenes: a dome 30 cm wide and 12 cm high, a wide-angle camera inside, printed circles, low light."""
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
@@ -11,26 +12,36 @@ import numpy as np
 from ..optics.light import Lamps
 from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Specimen, act, drag, one_after_the_other, press, session
+from ..scene.specimen import TIMING, Act, Script, Specimen, act, drag, one_after_the_other, press, session
 from ..skin.surfaces import Membrane
 from .marker_sheet import built_camera
 
-_RIM, _HEIGHT = 0.150, 0.120
+
+@dataclass(frozen=True)
+class AirCushion:
+    """An air cushion with a skin, as made: lengths in m, pressures in Pa."""
+
+    rim: float = 0.150  # radius
+    height: float = 0.120
+    blown_up: float = 1400.0  # gauge pressure inside
+    air: float = 101325.0  # atmospheric pressure
+    rows: int = 17
+    columns: int = 17
+    pitch: float = 0.0140  # of the circles
+    circle: float = 0.0046  # radius
+    printed: float = 0.118  # largest distance of a circle from the top, along the skin
+    step: float = 0.25  # node spacings that a tip moves at most in one step of contact; with 0.95 markers are up to 0.42 mm off
+    settled: float = 0.001  # with the usual 0.005 and 6, the skin under a tip at rest kept moving
+    linearisations: int = 20  # the same
+    speed: float = 0.08  # m/s of the zones' stage: at 20 frames/s, circles overlap themselves from frame to frame
+
+
+DOME = AirCushion()
+
 #: m: radius of the sphere of which the dome is a cap.
-_BALL = (_RIM**2 + _HEIGHT**2) / (2 * _HEIGHT)
-#: Pa: gauge pressure inside, and atmospheric pressure.
-_BLOWN_UP, _AIR = 1400.0, 101325.0
+_BALL = (DOME.rim**2 + DOME.height**2) / (2 * DOME.height)
 #: The skin's nodes are 5 mm apart: deeper than about 24 mm the small tip slips through between them.
 _TIP, _SMALL_TIP = 'ball_30mm', 'ball_8mm'
-_ROWS = _COLUMNS = 17
-_PITCH, _RADIUS = 0.0140, 0.0046
-#: m: largest distance of a circle from the top, along the skin.
-_PRINTED = 0.118
-#: Node spacings that a tip moves at most in one step of contact; a press in two frames leaves markers up to 0.08 mm off, with 0.95
-#: up to 0.42. And when a step has settled; with the usual 0.005 and 6, the skin under a tip at rest kept moving, as under a
-#: tip that moves by up to 3 mm.
-_STEP, _SETTLED, _LINEARISATIONS = 0.25, 0.001, 20
-_SPEED = 0.08  # m/s of the zones' stage: at 20 frames/s, circles overlap themselves from frame to frame
 _IMAGING = Imaging(blur=1.0, read_noise=2.6, shot_noise=0.06, ink=(-5.4, -5.7, -5.6), housing=1.5, cosine=1.5, stop=0.0)
 _LAMPS = Lamps(tuple((0.022 * np.cos(a), 0.022 * np.sin(a), -0.036) for a in (0.4, 2.5, 4.6)), (46.0, 38.0, 42.0), 0.150, 45.0,
                (0.105, 0.100, 0.098), exposure=1.4)
@@ -40,35 +51,35 @@ def _on_dome(positions: np.ndarray) -> np.ndarray:
     """Points (K, 3), m, on the resting dome at offsets (K, 2), m, from its top along the skin."""
     distance = np.linalg.norm(positions, axis=1)
     sideways = np.sinc(distance / _BALL / np.pi)[:, None] * positions
-    return np.column_stack([sideways, _HEIGHT - _BALL + _BALL * np.cos(distance / _BALL)])
+    return np.column_stack([sideways, DOME.height - _BALL + _BALL * np.cos(distance / _BALL)])
 
 
 def _regular(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
     """A grid of circles without its corners."""
-    v, u = np.mgrid[:_ROWS, :_COLUMNS].reshape(2, -1)
-    positions = np.stack([u - (_COLUMNS - 1) / 2, v - (_ROWS - 1) / 2], axis=1) * _PITCH
-    numbers = np.flatnonzero(np.linalg.norm(positions, axis=1) <= _PRINTED)
+    v, u = np.mgrid[:DOME.rows, :DOME.columns].reshape(2, -1)
+    positions = np.stack([u - (DOME.columns - 1) / 2, v - (DOME.rows - 1) / 2], axis=1) * DOME.pitch
+    numbers = np.flatnonzero(np.linalg.norm(positions, axis=1) <= DOME.printed)
     positions = positions[numbers] + rng.normal(0, 0.25e-3, (len(numbers), 2)) + rng.normal(0, 0.8e-3, 2)
-    return LargeDots(membrane, _on_dome(positions), uneven(_RADIUS, 0.03, len(positions), rng), numbers, _ROWS, _COLUMNS)
+    return LargeDots(membrane, _on_dome(positions), uneven(DOME.circle, 0.03, len(positions), rng), numbers, DOME.rows, DOME.columns)
 
 
 def _random(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
     """Circles at random positions, at least 2.5 radii apart."""
     positions = np.zeros((0, 2))
-    for position in rng.uniform(-_PRINTED, _PRINTED, (6000, 2)):
-        if np.linalg.norm(position) <= _PRINTED and (np.linalg.norm(positions - position, axis=1) > 2.5 * _RADIUS).all():
+    for position in rng.uniform(-DOME.printed, DOME.printed, (6000, 2)):
+        if np.linalg.norm(position) <= DOME.printed and (np.linalg.norm(positions - position, axis=1) > 2.5 * DOME.circle).all():
             positions = np.vstack([positions, position])
-    return LargeDots(membrane, _on_dome(positions), uneven(_RADIUS, 0.03, len(positions), rng), np.arange(len(positions)))
+    return LargeDots(membrane, _on_dome(positions), uneven(DOME.circle, 0.03, len(positions), rng), np.arange(len(positions)))
 
 
 def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
     """A cushion. seed: of manufacturing tolerances and noise; width: of the image, px; pattern: function of (membrane, rng) that makes the
     circles."""
     rng = np.random.default_rng([seed, 13])
-    pressure = _BLOWN_UP * (1 + rng.normal(0, 0.03))
-    volume = np.pi * _HEIGHT**2 * (3 * _BALL - _HEIGHT) / 3
-    membrane = Membrane(_BALL, _HEIGHT, pressure * _BALL / 2, 61, volume / (_AIR + pressure))
-    membrane.longest_step, membrane.settled, membrane.linearisations = _STEP, _SETTLED, _LINEARISATIONS
+    pressure = DOME.blown_up * (1 + rng.normal(0, 0.03))
+    volume = np.pi * DOME.height**2 * (3 * _BALL - DOME.height) / 3
+    membrane = Membrane(_BALL, DOME.height, pressure * _BALL / 2, 61, volume / (DOME.air + pressure))
+    membrane.longest_step, membrane.settled, membrane.linearisations = DOME.step, DOME.settled, DOME.linearisations
     camera = built_camera(rng, 233.0, (322.0, 238.0), (-0.055, 0.0055, 3e-4, 2e-4, 0.0), (0.002, -0.004, 0.003), (0.0, 0.0, 0.042),
                           (640, 480), width)
     renderer = Renderer(membrane, camera, _LAMPS, _IMAGING, seed)
@@ -104,10 +115,10 @@ def _steadily(tool: str, x: float, y: float, *depths: float, start: float) -> Ac
     """A stage presses a tool in at x, y, m, at one speed, and stops at each of the depths, m."""
     positions, t = [], 0.0
     for before, depth in pairwise((0.0, *depths)):
-        t += (depth - before) / _SPEED
+        t += (depth - before) / DOME.speed
         positions += [{'t': t, 'press': depth}, {'t': t + 0.1}]
         t += 0.1
-    return act(tool, start, *positions, {'t': t + depths[-1] / _SPEED, 'press': 0.0}, x=x, y=y)
+    return act(tool, start, *positions, {'t': t + depths[-1] / DOME.speed, 'press': 0.0}, x=x, y=y)
 
 
 def _zones(*depths: float, tool: str = _TIP, reach: float = 0.070) -> tuple[Act, ...]:
@@ -124,7 +135,7 @@ _OF_BOTH = {
         partial(press, _TIP, 0.010, -0.015, 0.015, 0.035, move=0.6), partial(press, 'ball_60mm', -0.045, 0.020, 0.012, 0.030, move=0.6),
         partial(press, 'ball_15mm', 0.040, 0.045, 0.010, 0.025, move=0.6),
         partial(drag, _TIP, -0.030, -0.035, 0.022, 0.060, 0.015, duration=2.5),
-        partial(press, 'fists_70mm', 0.0, 0.010, 0.010, 0.022, move=0.6)], untouched=STARTING),
+        partial(press, 'fists_70mm', 0.0, 0.010, 0.010, 0.022, move=0.6)], untouched=TIMING.starting),
     'calibration': one_after_the_other(_calibration(np.random.default_rng(5)), pause=0.3),
     **{f'{name}zones{of}': _zones(*depths, tool=tool, reach=reach) for name, tool, reach, scenes in (
         ('', _TIP, 0.070, {'_calibration': (0.008, 0.016, 0.024, 0.032), '': (0.012, 0.020, 0.028)}),

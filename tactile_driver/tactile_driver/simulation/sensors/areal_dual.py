@@ -3,48 +3,54 @@
 """The simulated marker sheet with two cameras and its scenes: 133 x 91 mm, 14 x 11 green discs, about two columns in both views."""
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
+from ..scene.specimen import TIMING, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
 from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered, stage_presses
 
-_HALF = (0.0665, 0.0455)
+
+@dataclass(frozen=True)
+class ArealDual:
+    """A sheet with two cameras, as made: lengths in m."""
+
+    half: tuple[float, ...] = (0.0665, 0.0455)  # of the sides
+    deepest: float = 0.005  # press
+    size: tuple[float, ...] = (480, 640)  # px, of an image
+    distortion: tuple[float, ...] = (-0.04, 0.005, 2e-4, 3e-4, 0.0)
+    off_centre: float = 0.0292  # along x, from the centre of the sheet to each camera
+    exposure: float = 1.2  # of the right camera relative to the left one
+    bending: float = 1.9e-3  # N m, of a thick sheet: a press leaves a bell two pitches wide at half its depth, as figs 6 and 12 show it
+    foundation: float = 0.9e6  # N/m^3, of the layer that holds it and draws nothing inwards
+
+
+SHEET = ArealDual()
+
 _TIP = 'ball_8mm'
-_DEEPEST = 0.005
-_SIZE = 480, 640
 _LAMPS = Lamps(tuple((x, y, -0.042) for x in (-0.088, 0.086) for y in (-0.036, 0.002, 0.033)),
                (95.0, 110.0, 88.0, 120.0, 100.0, 92.0), 0.060, 85.0, SHEET_COLOUR)
 _IMAGING = Imaging(blur=0.9, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=2.0, stop=0.05)
-_DISTORTION = (-0.04, 0.005, 2e-4, 3e-4, 0.0)
-_OFF_CENTRE = 0.0292  # m, along x, from the centre of the sheet to each camera
-#: Exposure of the right camera relative to the left one.
-_EXPOSURE = 1.2
 #: Cameras without a trigger: the right one is 6 ms earlier to 12 ms later than the left one; as USB cameras of 30 Hz may be
 _FREE = Shutters(offset=0.003, swing=0.009, jitter=2e-4)
-
-
-#: N m and N/m^3: bending stiffness of a thick sheet and stiffness of the layer that holds it, with which a press leaves a bell two pitches
-#: wide at half its depth, as figs 6 and 12 of the paper areal_sensor_contact_position show it, and draws nothing inwards.
-_THICK, _FOUNDATION = 1.9e-3, 0.9e6
 
 
 def areal_dual(seed: int, thick: bool = False) -> Specimen:
     """A sheet with two cameras. seed: of manufacturing tolerances and noise; thick: it bends and does not stretch."""
     rng = np.random.default_rng([seed, 12])
     stiffer = 1 + rng.normal(0, 0.03)
-    skin = (0.0, np.inf, _THICK * stiffer, 97, _FOUNDATION) if thick else (70.0 * stiffer, 1.25, 3.5e-4, 97)
-    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], *skin)
-    cameras = tuple(built_camera(rng, 289.0, centre, _DISTORTION, turn, position, _SIZE, _SIZE[0]) for centre, turn, position in (
-        ((241.0, 318.0), (0.006, -0.010, -0.022), (_OFF_CENTRE, 0.0006, 0.0465)),
-        ((238.0, 321.0), (-0.005, 0.012, 0.026), (-_OFF_CENTRE, -0.0008, 0.0460))))
+    skin = (0.0, np.inf, SHEET.bending * stiffer, 97, SHEET.foundation) if thick else (70.0 * stiffer, 1.25, 3.5e-4, 97)
+    sheet = Sheet(2 * SHEET.half[0], 2 * SHEET.half[1], *skin)
+    cameras = tuple(built_camera(rng, 289.0, centre, SHEET.distortion, turn, position, SHEET.size, SHEET.size[0])
+                    for centre, turn, position in (
+        ((241.0, 318.0), (0.006, -0.010, -0.022), (SHEET.off_centre, 0.0006, 0.0465)),
+        ((238.0, 321.0), (-0.005, 0.012, 0.026), (-SHEET.off_centre, -0.0008, 0.0460))))
     pattern = markers(sheet, 11, 14, (0.0094, 0.0082), 0.0021, rng)
-    lights = _LAMPS, replace(_LAMPS, exposure=_LAMPS.exposure * _EXPOSURE * (1 + rng.normal(0, 0.03)))
+    lights = _LAMPS, replace(_LAMPS, exposure=_LAMPS.exposure * SHEET.exposure * (1 + rng.normal(0, 0.03)))
     renderers = tuple(Renderer(sheet, camera, light, _IMAGING, 2 * seed + side)
                       for side, (camera, light) in enumerate(zip(cameras, lights)))
     return Specimen('areal_dual', sheet, pattern, cameras, renderers, trigger_delay=0.003 + 0.001 * rng.uniform())
@@ -52,14 +58,15 @@ def areal_dual(seed: int, thick: bool = False) -> Specimen:
 
 def _calibration(rng: np.random.Generator) -> list:
     """Presses over the whole sheet to all depths, and drags in random directions."""
-    return presses(_TIP, grid((0.057, 0.037), 9, 7), _HALF, _DEEPEST, 2, rng) + drags(_TIP, 8, _HALF, (0.0015, 0.0045), 0.018, rng)
+    half = SHEET.half
+    return presses(_TIP, grid((0.057, 0.037), 9, 7), half, SHEET.deepest, 2, rng) + drags(_TIP, 8, half, (0.0015, 0.0045), 0.018, rng)
 
 
 def _test(rng: np.random.Generator) -> list:
     """Presses at other positions, with the calibrated fingertip and others, and drags."""
     acts = [act for tool in (_TIP, 'ball_7.5mm', 'ball_10mm')
-            for act in presses(tool, scattered((0.052, 0.033), 8, rng), _HALF, _DEEPEST, 2, rng)]
-    return acts + drags(_TIP, 4, _HALF, (0.0015, 0.0045), 0.018, rng)
+            for act in presses(tool, scattered((0.052, 0.033), 8, rng), SHEET.half, SHEET.deepest, 2, rng)]
+    return acts + drags(_TIP, 4, SHEET.half, (0.0015, 0.0045), 0.018, rng)
 
 
 #: m: positions of table 2 of the paper areal_sensor_contact_position, at 10 px a mm; and those of table 4, path by path.
@@ -71,8 +78,8 @@ _TABLE_4 = [(-0.0210, -0.0107), (-0.0010, 0.0043), (0.0231, 0.0092), (-0.0259, -
 #: The experiments of the paper.
 _PAPERS = {
     'plate': by_the_step('plate_127x87mm', [(0.0, 0.0)], 0.001, 0.002, 0.003),  # as deep as the presses
-    'markers': stage_presses(_TIP, on_markers((1, 4, 6, 7, 9, 12), (1, 3, 5, 7, 9), 14, 11, (0.0094, 0.0082)), (0.001, 0.002, 0.003), _HALF,
-                             3, np.random.default_rng(10)),
+    'markers': stage_presses(_TIP, on_markers((1, 4, 6, 7, 9, 12), (1, 3, 5, 7, 9), 14, 11, (0.0094, 0.0082)), (0.001, 0.002, 0.003),
+                             SHEET.half, 3, np.random.default_rng(10)),
     'table_2': by_the_step(_TIP, _TABLE_2, 0.001, 0.002, 0.003),
     'table_4': by_the_step(_TIP, _TABLE_4, 0.003),
 }
@@ -96,7 +103,7 @@ AREAL_DUAL_SCENES: dict[str, Script] = {f'areal_dual_{name}': Script(areal_dual,
     'demo': one_after_the_other([
         partial(press, _TIP, -0.035, 0.015, 0.002, 0.005), partial(press, _TIP, 0.002, -0.010, 0.002, 0.005),
         partial(press, _TIP, 0.040, -0.018, 0.0015, 0.004), partial(drag, _TIP, -0.025, -0.012, 0.0035, 0.050, 0.020, duration=2.5),
-        partial(press, 'fingertips_37mm', 0.0, 0.005, 0.002, 0.004)], untouched=STARTING),
+        partial(press, 'fingertips_37mm', 0.0, 0.005, 0.002, 0.004)], untouched=TIMING.starting),
     # presses at 30, 65 and 100 mm/s, under each camera and at the seam
     'fast': one_after_the_other([partial(press, _TIP, x, y, 0.0045, move=0.0045 / speed)
                                  for speed, y in ((0.030, 0.012), (0.065, -0.014), (0.100, 0.003)) for x in (-0.034, 0.002, 0.037)],

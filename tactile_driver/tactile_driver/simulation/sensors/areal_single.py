@@ -3,33 +3,42 @@
 """The simulated marker sheet with one camera and its scenes: 60 x 45 mm, 13 x 9 green discs, LEDs at the sides."""
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
+from ..scene.specimen import TIMING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
 from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered, stage_presses
 
-_HALF = (0.030, 0.0225)
+
+@dataclass(frozen=True)
+class ArealSingle:
+    """A sheet with one camera, as made: lengths in m."""
+
+    half: tuple[float, ...] = (0.030, 0.0225)  # of the sides
+    deepest: float = 0.013  # press
+    near: tuple[float, ...] = (0.0585, 508.0)  # distance of the camera, and its focal length in px
+
+
+SHEET = ArealSingle()
+
 _TIP = 'ball_6mm'
-_DEEPEST = 0.013
 _LAMPS = Lamps(((-0.046, 0.010, -0.040), (0.048, -0.016, -0.044)), (330.0, 150.0), 0.045, 60.0, SHEET_COLOUR)
-#: m and px: distance and focal length of the camera.
-_NEAR = 0.0585, 508.0
 #: The box of the paper areal_sensor_contact_position: twice as thick as that of its two cameras, with the same field of view; LEDs at both
 #: sides, as bright as each other.
 _FAR = 0.093, 508.0 * 0.093 / 0.0585
 _PAPERS_LAMPS = Lamps(tuple((x, y, -0.055) for x in (-0.046, 0.046) for y in (-0.014, 0.014)), (150.0,) * 4, 0.055, 60.0, SHEET_COLOUR)
 
 
-def areal_single(seed: int, width: int = 640, camera: tuple[float, float] = _NEAR, lamps: Lamps = _LAMPS) -> Specimen:
+def areal_single(seed: int, width: int = 640, camera: tuple[float, float] = SHEET.near, lamps: Lamps = _LAMPS) -> Specimen:
     """A sheet with one camera. seed: of manufacturing tolerances and noise; width: of the image, px; camera: distance, m, and focal length,
     px."""
     rng = np.random.default_rng([seed, 11])
-    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4, 65)
+    sheet = Sheet(2 * SHEET.half[0], 2 * SHEET.half[1], 48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4, 65)
     distance, focal = camera
     camera = built_camera(rng, focal, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, distance), (640, 480),
                           width)
@@ -40,14 +49,15 @@ def areal_single(seed: int, width: int = 640, camera: tuple[float, float] = _NEA
 
 def _calibration(rng: np.random.Generator) -> list:
     """Presses over the whole sheet to all depths, and drags in random directions."""
-    return presses(_TIP, grid((0.024, 0.0165), 7, 5), _HALF, _DEEPEST, 3, rng) + drags(_TIP, 8, _HALF, (0.003, 0.009), 0.009, rng)
+    half = SHEET.half
+    return presses(_TIP, grid((0.024, 0.0165), 7, 5), half, SHEET.deepest, 3, rng) + drags(_TIP, 8, half, (0.003, 0.009), 0.009, rng)
 
 
 def _test(rng: np.random.Generator) -> list:
     """Presses at other positions, with the calibrated fingertip and others, and drags."""
     acts = [act for tool in (_TIP, 'ball_5mm', 'ball_7.5mm')
-            for act in presses(tool, scattered((0.021, 0.0145), 6, rng), _HALF, _DEEPEST, 3, rng)]
-    return acts + drags(_TIP, 4, _HALF, (0.003, 0.009), 0.009, rng)
+            for act in presses(tool, scattered((0.021, 0.0145), 6, rng), SHEET.half, SHEET.deepest, 3, rng)]
+    return acts + drags(_TIP, 4, SHEET.half, (0.003, 0.009), 0.009, rng)
 
 
 def _session() -> tuple[Act, ...]:
@@ -65,7 +75,7 @@ _TABLE_1 = [position for position in ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055
 _PAPERS = {
     'plate': by_the_step('plate_57x39mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 14))),
     'markers': stage_presses(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)), (0.003, 0.006, 0.009, 0.012),
-                             _HALF, 3, np.random.default_rng(9)),
+                             SHEET.half, 3, np.random.default_rng(9)),
     'table_1': by_the_step(_TIP, _TABLE_1),
     'motion': one_after_the_other([partial(press, _TIP, 0.0045, -0.0030, 0.004, 0.008, hold=0.5),
                                    partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)]),
@@ -75,7 +85,7 @@ AREAL_SINGLE_SCENES: dict[str, Script] = {f'areal_single_{name}': Script(areal_s
     'demo': one_after_the_other([
         partial(press, _TIP, 0.004, -0.003, 0.003, 0.008), partial(press, _TIP, -0.017, 0.008, 0.004, 0.009),
         partial(press, _TIP, 0.016, 0.010, 0.002, 0.006), partial(drag, _TIP, -0.012, -0.006, 0.006, 0.022, 0.008),
-        partial(press, 'fingertips_18mm', 0.0, 0.0, 0.003, 0.006)], untouched=STARTING),
+        partial(press, 'fingertips_18mm', 0.0, 0.0, 0.003, 0.006)], untouched=TIMING.starting),
     'press': one_after_the_other([partial(press, _TIP, 0.007, -0.005, 0.004, 0.010)]),
     'drag': one_after_the_other([partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)]),
     # two fingertips, 2.5 to 5 marker pitches apart

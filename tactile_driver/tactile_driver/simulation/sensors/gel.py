@@ -25,17 +25,29 @@ from ..optics.rendering import Imaging, Renderer
 from ..skin.surfaces import Sheet
 from ..truth import NON_CONTACT, SLIPPING, STICKING, FramesInOrder, SimulatedFrame, Touch, TruthFrame, slip_state_of
 
+
+@dataclass(frozen=True)
+class Gel:
+    """A gel with dots or pins, the size of a fingertip's, as made: lengths in m."""
+
+    focal: float = 760.0  # px of the native image
+    distance: float = 0.0230  # from the camera to the surface, over whose axis the frame's origin is
+    pitch: float = 1.5e-3  # of dots
+    rows: int = 9
+    columns: int = 12
+    half: tuple[float, ...] = (0.012, 0.009)  # of the gel that the camera sees
+    dot: float = 0.24e-3  # radius
+    step: float = 0.10e-3  # that an object moves in one step of contact; half of it changes forces by 1 %
+    spacing: float = 1.35e-3  # of neighbouring pins
+    length: float = 1.0e-3  # of pins
+    rings: int = 6  # of pins around the one in the middle: 127 pins
+    tilt: float = 1e-5  # over which the skin's slope is taken
+
+
+GEL = Gel()
+
 #: The gel as made; silicone, the size and stiffness of a fingertip's.
 MATERIAL = Material(thickness=4.0e-3, depth=0.4e-3, young=0.22e6, poisson=0.48)
-#: px of the native image; m, from the camera to the surface, over whose axis the frame's origin is.
-FOCAL, DISTANCE = 760.0, 0.0230
-PITCH, ROWS, COLUMNS = 1.5e-3, 9, 12
-_HALF = (0.012, 0.009)  # m, of the gel that the camera sees
-_DOT = 0.24e-3  # m, radius
-_STEP = 0.10e-3  # m, that an object moves in one step of contact; half of it changes forces by 1 %
-#: m, distance of neighbouring pins, and their length; rings of pins around the one in the middle: 127 pins
-SPACING, LENGTH, RINGS = 1.35e-3, 1.0e-3, 6
-_TILT = 1e-5  # m, over which the skin's slope is taken
 
 
 @dataclass(frozen=True)
@@ -57,19 +69,20 @@ class GelScene(FramesInOrder[TruthFrame]):
     def __init__(self, script: GelScript, rate: float, seed: int, width: int):
         rng = np.random.default_rng([seed, 17])
         self.rate = rate
-        self.camera = mounted((FOCAL, FOCAL), (321.0, 238.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, DISTANCE), (640, 480), width)
+        self.camera = mounted((GEL.focal, GEL.focal), (321.0, 238.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, GEL.distance), (640, 480),
+                              width)
         self._pins = script.printed == 'pins'
         self.sensor = 'pins' if self._pins else 'gel'
-        self.rows, self.columns = (ROWS, COLUMNS) if script.printed == 'grid' else (0, 0)
+        self.rows, self.columns = (GEL.rows, GEL.columns) if script.printed == 'grid' else (0, 0)
         self._keys = np.array(script.keys, float)
         self.frames = max(int(round((self._keys[-1, 0] + 0.5) * rate)), 1)
         self.duration = self.frames / rate
         self.positions = pins(rng) if self._pins else dot_positions(script.printed == 'grid', rng)
-        self._radius = uneven(_DOT, 0.05, len(self.positions), rng)
+        self._radius = uneven(GEL.dot, 0.05, len(self.positions), rng)
         self._contact = GelContact(MATERIAL, script.indenter, script.friction)
         self._known: list[TruthFrame] = []
         self._at = self._keys[0, 1:]
-        sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 50.0, 1.3, 1e-4, 33)
+        sheet = Sheet(2 * GEL.half[0], 2 * GEL.half[1], 50.0, 1.3, 1e-4, 33)
         angle = rng.uniform(0, 2 * np.pi)  # of an LED beside the gel; the brightest position is twice as bright as the darkest
         light = Lamps(((0.03 * np.cos(angle), 0.03 * np.sin(angle), -0.03),), (100.0,), 0.042, 55.0, (0.97, 1.0, 0.94), exposure=1.0)
         self._renderer = Renderer(sheet, self.camera, light, Imaging(blur=1.0, read_noise=1.2, shot_noise=0.02, ink=0.8), seed)
@@ -85,7 +98,7 @@ class GelScene(FramesInOrder[TruthFrame]):
 
     def _next(self) -> TruthFrame:
         end = np.array([np.interp(len(self._known) / self.rate, self._keys[:, 0], column) for column in self._keys[:, 1:].T])
-        first, steps = self._at, max(math.ceil(np.abs(end - self._at).max() / _STEP), 1)
+        first, steps = self._at, max(math.ceil(np.abs(end - self._at).max() / GEL.step), 1)
         state, before = None, first
         for part in range(1, steps + 1):
             now = first + (end - first) * part / steps
@@ -128,31 +141,32 @@ def moved(response: Response, points: np.ndarray, state: GelState, where: str) -
 
 def pins(rng: np.random.Generator) -> np.ndarray:
     """(127, 3) m, tips of the pins at rest, in rings of hexagons."""
-    a, b = np.mgrid[-RINGS:RINGS + 1, -RINGS:RINGS + 1].reshape(2, -1)
-    a, b = a[np.abs(a + b) <= RINGS], b[np.abs(a + b) <= RINGS]
-    xy = SPACING * np.stack([a + b / 2, b * np.sqrt(0.75)], axis=1)
-    return np.column_stack([xy + rng.normal(0, 0.01 * SPACING, xy.shape), np.full(len(xy), -LENGTH)])
+    a, b = np.mgrid[-GEL.rings:GEL.rings + 1, -GEL.rings:GEL.rings + 1].reshape(2, -1)
+    a, b = a[np.abs(a + b) <= GEL.rings], b[np.abs(a + b) <= GEL.rings]
+    xy = GEL.spacing * np.stack([a + b / 2, b * np.sqrt(0.75)], axis=1)
+    return np.column_stack([xy + rng.normal(0, 0.01 * GEL.spacing, xy.shape), np.full(len(xy), -GEL.length)])
 
 
 def pin_tips(response: Response, rest: np.ndarray, state: GelState) -> np.ndarray:
     """(N, 3) m, tips of pins with tips at rest (N, 3) under the forces of a state."""
     xy = rest[:, :2]
     tips = rest + moved(response, xy, state, 'surface')
-    for axis, step in enumerate(_TILT * np.eye(2)):
+    for axis, step in enumerate(GEL.tilt * np.eye(2)):
         rise = moved(response, xy + step, state, 'surface') - moved(response, xy - step, state, 'surface')
-        tips[:, axis] += LENGTH * rise[:, 2] / (2 * _TILT)
+        tips[:, axis] += GEL.length * rise[:, 2] / (2 * GEL.tilt)
     return tips
 
 
 def dot_positions(grid: bool, rng: np.random.Generator) -> np.ndarray:
     """(K, 3) m, of the dots at rest: an uneven grid, or as many at random, at least 0.7 pitches apart."""
     if grid:
-        v, u = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)
-        xy = (np.stack([u, v], axis=1) - (np.array([COLUMNS, ROWS]) - 1) / 2) * PITCH + rng.normal(0, 0.03 * PITCH, (u.size, 2))
+        v, u = np.mgrid[:GEL.rows, :GEL.columns].reshape(2, -1)
+        xy = (np.stack([u, v], axis=1) - (np.array([GEL.columns, GEL.rows]) - 1) / 2) * GEL.pitch
+        xy += rng.normal(0, 0.03 * GEL.pitch, (u.size, 2))
     else:
-        half, xy = (np.array([COLUMNS, ROWS]) - 1) / 2 * PITCH, np.zeros((0, 2))
+        half, xy = (np.array([GEL.columns, GEL.rows]) - 1) / 2 * GEL.pitch, np.zeros((0, 2))
         for position in rng.uniform(-half, half, (4000, 2)):
-            if len(xy) < ROWS * COLUMNS and (np.hypot(*(xy - position).T) > 0.7 * PITCH).all():
+            if len(xy) < GEL.rows * GEL.columns and (np.hypot(*(xy - position).T) > 0.7 * GEL.pitch).all():
                 xy = np.vstack([xy, position])
     return np.column_stack([xy, np.full(len(xy), -MATERIAL.depth)])
 

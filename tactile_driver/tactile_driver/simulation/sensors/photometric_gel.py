@@ -18,14 +18,23 @@ import numpy as np
 from ..optics.camera import mounted
 from ..truth import FramesInOrder, SimulatedFrame, Touch, TruthFrame
 
-#: m on the gel that a pixel of the native image, 640 x 480, shows; as GelSight Mini, within 10 %.
-SCALE = 3.0e-5
-NATIVE = (640, 480)  # px
-_LENGTH = 0.5e-3  # m, over which the skin beside an object recovers; of a coat as thick as that
-CELL = 4  # native px, side of a cell of the membrane
-_RELAXATION, _TURNS = 1.8, 120  # of the successive over-relaxation; further turns change depths by less than 1 um
-_SPARE = 64  # px, by which the field of noise is larger than the image, so that it differs from frame to frame
-_DOT, _PITCH = 0.25e-3, 2.0e-3  # m, radius and distance of printed dots
+
+@dataclass(frozen=True)
+class Photometric:
+    """A gel seen by its shading, as GelSight Mini within 10 %: lengths in m."""
+
+    scale: float = 3.0e-5  # on the gel that a pixel of the native image shows
+    native: tuple[float, ...] = (640, 480)  # px
+    length: float = 0.5e-3  # over which the skin beside an object recovers; of a coat as thick as that
+    cell: int = 4  # native px, side of a cell of the membrane
+    relaxation: float = 1.8  # of the successive over-relaxation
+    turns: int = 120  # further ones change depths by less than 1 um
+    spare: int = 64  # px, by which the field of noise is larger than the image, so that it differs from frame to frame
+    dot: float = 0.25e-3  # radius of a printed dot
+    pitch: float = 2.0e-3  # of printed dots
+
+
+SHADED = Photometric()
 
 
 def _ball(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:
@@ -66,14 +75,14 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
         self.rate, self._script = rate, script
         self.duration = 1.5 + 2 * script.period * len(script.presses)
         self.frames = max(int(round(self.duration * rate)), 1)
-        focal, distance = 760.0, 760.0 * SCALE
-        self.camera = mounted((focal, focal), (319.5, 239.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, distance), NATIVE, width)
+        focal, distance = 760.0, 760.0 * SHADED.scale
+        self.camera = mounted((focal, focal), (319.5, 239.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, distance), SHADED.native, width)
         self._size = width, width * 3 // 4
-        y, x = np.mgrid[:NATIVE[1] // CELL, :NATIVE[0] // CELL].astype(float)
-        middle = (np.array(NATIVE) / CELL - 1) / 2
-        self._x, self._y = (x - middle[0]) * CELL * SCALE, (y - middle[1]) * CELL * SCALE
+        y, x = np.mgrid[:SHADED.native[1] // SHADED.cell, :SHADED.native[0] // SHADED.cell].astype(float)
+        middle = (np.array(SHADED.native) / SHADED.cell - 1) / 2
+        self._x, self._y = (x - middle[0]) * SHADED.cell * SHADED.scale, (y - middle[1]) * SHADED.cell * SHADED.scale
         self._light = Lamps(rng)
-        self._ink = _printed(rng) if script.dots else np.ones(NATIVE[::-1], np.float32)
+        self._ink = _printed(rng) if script.dots else np.ones(SHADED.native[::-1], np.float32)
         self._seed = seed
         self._known: list[TruthFrame] = []
         self._depths: list[np.ndarray] = []
@@ -105,27 +114,27 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
         height = SHAPES[self._script.shape](self._x[near] - x, self._y[near] - y, self._script.radius)
         obstacle = np.maximum(deepest - height, -1.0)
         depth = np.maximum(obstacle, 0.0)
-        stiffness = (CELL * SCALE / _LENGTH)**2
+        stiffness = (SHADED.cell * SHADED.scale / SHADED.length)**2
         even = (np.add.outer(*map(np.arange, depth.shape)) % 2).astype(bool)
-        for _ in range(_TURNS):
+        for _ in range(SHADED.turns):
             for half in (even, ~even):
                 wide = np.pad(depth, 1, mode='edge')
                 relaxed = (wide[1:-1, 2:] + wide[1:-1, :-2] + wide[2:, 1:-1] + wide[:-2, 1:-1]) / (4 + stiffness)
-                depth = np.where(half, np.maximum(depth + _RELAXATION * (relaxed - depth), np.maximum(obstacle, 0.0)), depth)
+                depth = np.where(half, np.maximum(depth + SHADED.relaxation * (relaxed - depth), np.maximum(obstacle, 0.0)), depth)
         whole, on = np.zeros(self._x.shape), np.zeros(self._x.shape, bool)
         whole[near], on[near] = depth, depth <= obstacle + 1e-9
         return whole, on
 
     def _near(self, x: float, y: float) -> tuple[slice, slice]:
         """Rows and columns of the cells that an object at x, y, m, moves by more than 0.2 % of its depth."""
-        reach = 2.3 * self._script.radius + 6 * _LENGTH
+        reach = 2.3 * self._script.radius + 6 * SHADED.length
         rows, columns = (np.flatnonzero(np.abs(axis - at) < reach) for axis, at in ((self._y[:, 0], y), (self._x[0], x)))
         return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
     def _describe(self, truth: TruthFrame, depth: np.ndarray, on: np.ndarray, pressed: tuple[float, float, float]) -> None:
         """Fill in the truth of a press."""
         x, y, _ = pressed
-        cell, deepest = CELL * SCALE, float(depth.max())  # an edge between two cells is less deep
+        cell, deepest = SHADED.cell * SHADED.scale, float(depth.max())  # an edge between two cells is less deep
         truth.area, truth.normal = float(on.sum()) * cell**2, np.array([0.0, 0.0, 1.0])
         truth.centroid = np.array([self._x[on].mean(), self._y[on].mean(), -depth[on].mean()])
         truth.contacts = [Touch(np.array([x, y, -deepest if self._script.shape != 'ring' else np.nan]), truth.normal, deepest, np.nan)]
@@ -146,8 +155,8 @@ class Lamps:
         self._colour = np.full((3, 3), 0.12) + np.diag(rng.uniform(0.8, 1.0, 3))
         self._ambient = rng.uniform(25, 40, 3)
         self._gamma = rng.uniform(0.8, 0.95)
-        y, x = np.mgrid[:NATIVE[1], :NATIVE[0]].astype(np.float32)
-        x, y = (x - 319.5) * SCALE, (y - 239.5) * SCALE
+        y, x = np.mgrid[:SHADED.native[1], :SHADED.native[0]].astype(np.float32)
+        x, y = (x - 319.5) * SHADED.scale, (y - 239.5) * SHADED.scale
         self._vignette = (1 / (1 + (x**2 + y**2) / 0.02**2)).astype(np.float32)
         offsets = [(at[0] - x, at[1] - y, np.full_like(x, at[2])) for at in lamps]
         #: (3 lamps, 3, 480, 640): vector to a lamp over the cube of the distance, in units that give levels
@@ -160,10 +169,11 @@ class Lamps:
         rows, columns = (np.flatnonzero(depth.any(axis=axis)) for axis in (1, 0))
         if len(rows):
             near = tuple(slice(max(int(at[0]) - 1, 0), int(at[-1]) + 2) for at in (rows, columns))
-            fine = tuple(slice(CELL * part.start, min(CELL * part.stop, size)) for part, size in zip(near, NATIVE[::-1]))
+            fine = tuple(slice(SHADED.cell * part.start, min(SHADED.cell * part.stop, size))
+                         for part, size in zip(near, SHADED.native[::-1]))
             size = fine[1].stop - fine[1].start, fine[0].stop - fine[0].start
             surface = cv2.resize(depth[near], size, interpolation=cv2.INTER_CUBIC)
-            slope = np.stack([cv2.Sobel(surface, cv2.CV_32F, *axes, scale=1 / (8 * SCALE)) for axes in ((1, 0), (0, 1))])
+            slope = np.stack([cv2.Sobel(surface, cv2.CV_32F, *axes, scale=1 / (8 * SHADED.scale)) for axes in ((1, 0), (0, 1))])
             image[fine] = self._levels(slope, fine)
         return image * ink[..., None]
 
@@ -181,25 +191,25 @@ class Lamps:
 @lru_cache(maxsize=2)
 def _noise_of(size: tuple[int, int], seed: int) -> np.ndarray:
     """(H, W, 3) white noise, larger than images of this width and height."""
-    return np.random.default_rng([seed, 37]).standard_normal((size[1] + _SPARE, size[0] + _SPARE, 3), np.float32)
+    return np.random.default_rng([seed, 37]).standard_normal((size[1] + SHADED.spare, size[0] + SHADED.spare, 3), np.float32)
 
 
 def noisy(image: np.ndarray, size: tuple[int, int], seed: int, number: int) -> np.ndarray:
     """(H, W, 3) uint8 of levels (480, 640, 3): an image of this width and height, with the noise of a camera, in the frame of a number."""
-    if size != NATIVE:
+    if size != SHADED.native:
         image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    row, column = np.random.default_rng([number, 31]).integers(0, _SPARE, 2)
+    row, column = np.random.default_rng([number, 31]).integers(0, SHADED.spare, 2)
     noise = _noise_of(size, seed)[row:row + image.shape[0], column:column + image.shape[1]]
     return np.clip(image + noise * np.sqrt(1.0 + 0.02 * image) + 0.5, 0, 255).astype(np.uint8)
 
 
 def _printed(rng: np.random.Generator) -> np.ndarray:
     """(480, 640) float32 share of light that a skin with printed dots reflects."""
-    ink = np.ones(NATIVE[::-1], np.float32)
-    for y in np.arange(-0.006, 0.0061, _PITCH):
-        for x in np.arange(-0.008, 0.0081, _PITCH):
-            at = np.array([x, y]) / SCALE + (319.5, 239.5) + rng.normal(0, 1.0, 2)
-            cv2.circle(ink, tuple(int(round(16 * c)) for c in at), int(16 * _DOT / SCALE), 0.3, -1, cv2.LINE_AA, 4)
+    ink = np.ones(SHADED.native[::-1], np.float32)
+    for y in np.arange(-0.006, 0.0061, SHADED.pitch):
+        for x in np.arange(-0.008, 0.0081, SHADED.pitch):
+            at = np.array([x, y]) / SHADED.scale + (319.5, 239.5) + rng.normal(0, 1.0, 2)
+            cv2.circle(ink, tuple(int(round(16 * c)) for c in at), int(16 * SHADED.dot / SHADED.scale), 0.3, -1, cv2.LINE_AA, 4)
     return cv2.GaussianBlur(ink, (0, 0), 1.2)
 
 

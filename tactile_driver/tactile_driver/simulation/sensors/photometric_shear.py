@@ -13,8 +13,8 @@ import numpy as np
 
 from ..gel.contact import GelState, Indenter
 from ..truth import SimulatedFrame, TruthFrame
-from .gel import DISTANCE, FOCAL, GelScene, GelScript, moved
-from .photometric_gel import CELL, NATIVE, Lamps, noisy
+from .gel import GEL, GelScene, GelScript, moved
+from .photometric_gel import SHADED, Lamps, noisy
 
 _MARGIN = 3  # cells of the mechanics beyond the image
 _DOT, _INK = 0.24e-3, 0.3  # m, radius of a dot; share of the light that it reflects
@@ -33,11 +33,11 @@ class PhotometricShearScene(GelScene):
         self.positions[:, 2] = 0.0
         self._lamps, self._seed = Lamps(rng), seed
         self._centre = np.array([321.0, 238.5])
-        self._scale = DISTANCE / FOCAL  # m a native px, of the undeformed skin
-        half = np.ceil(np.array(NATIVE) / 2 * self._scale / self._contact.cell).astype(int) + _MARGIN
+        self._scale = GEL.distance / GEL.focal  # m a native px, of the undeformed skin
+        half = np.ceil(np.array(SHADED.native) / 2 * self._scale / self._contact.cell).astype(int) + _MARGIN
         self._first = -half * self._contact.cell
         self._nodes = np.stack(np.meshgrid(*(np.arange(-n, n + 1) * self._contact.cell for n in half)), axis=-1)
-        self._untouched = self._drawn(np.zeros((*NATIVE[::-1], 2), np.float32))
+        self._untouched = self._drawn(np.zeros((*SHADED.native[::-1], 2), np.float32))
         self._deformed: list[GelState | None] = []
 
     def _truth(self, state: GelState | None) -> TruthFrame:
@@ -49,12 +49,12 @@ class PhotometricShearScene(GelScene):
         number = math.floor(t * self.rate + 0.5)
         truth = self.observe(number)
         state = self._deformed[number % self.frames]
+        columns, rows = (size // SHADED.cell for size in SHADED.native)
         if state is None:
-            image = self._lamps.image(np.zeros((NATIVE[1] // CELL, NATIVE[0] // CELL), np.float32), self._untouched)
+            image = self._lamps.image(np.zeros((rows, columns), np.float32), self._untouched)
         else:
             depth, shift = self._seen(moved(self._contact.response, self._nodes.reshape(-1, 2), state, 'surface'))
-            image = self._lamps.image(cv2.resize(depth, (NATIVE[0] // CELL, NATIVE[1] // CELL), interpolation=cv2.INTER_AREA),
-                                      self._drawn(shift))
+            image = self._lamps.image(cv2.resize(depth, (columns, rows), interpolation=cv2.INTER_AREA), self._drawn(shift))
         return SimulatedFrame(noisy(image, self._size, self._seed, number), truth)
 
     def _seen(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -63,9 +63,9 @@ class PhotometricShearScene(GelScene):
         A point at x that moves by u along the surface and by d towards the camera is seen where an undeformed one at
         (x + u) D / (D - d) would be, D being the distance of the camera."""
         nodes = displacement.reshape(*self._nodes.shape[:2], 3)
-        towards = DISTANCE / (DISTANCE + nodes[..., 2:])
+        towards = GEL.distance / (GEL.distance + nodes[..., 2:])
         fields = np.dstack([(self._nodes + nodes[..., :2]) * towards - self._nodes, -nodes[..., 2:]]).astype(np.float32)
-        y, x = np.mgrid[:NATIVE[1], :NATIVE[0]].astype(np.float32)
+        y, x = np.mgrid[:SHADED.native[1], :SHADED.native[0]].astype(np.float32)
         u, v = x, y
         for _ in range(_TURNS):
             column, row = (((part - middle) * self._scale - first) / self._contact.cell
@@ -76,11 +76,11 @@ class PhotometricShearScene(GelScene):
 
     def _drawn(self, shift: np.ndarray) -> np.ndarray:
         """(480, 640) share of the light that the skin reflects, where what a pixel shows has moved by shift (480, 640, 2) px."""
-        ink = np.ones(NATIVE[::-1], np.float32)
+        ink = np.ones(SHADED.native[::-1], np.float32)
         for position in self.positions[:, :2] / self._scale + self._centre:
             cv2.circle(ink, tuple(int(round(16 * c)) for c in position), int(16 * _DOT / self._scale), _INK, -1, cv2.LINE_AA, 4)
         ink = cv2.GaussianBlur(ink, (0, 0), 1.2)
-        y, x = np.mgrid[:NATIVE[1], :NATIVE[0]].astype(np.float32)
+        y, x = np.mgrid[:SHADED.native[1], :SHADED.native[0]].astype(np.float32)
         return cv2.remap(ink, x - shift[..., 0], y - shift[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
 

@@ -3,7 +3,7 @@
 """The simulated touchpad and its scenes: a dome filled with red water, 23 x 23 dark dots, a camera behind it."""
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -12,30 +12,40 @@ from ..optics.camera import SimulatedCamera, mounted
 from ..optics.light import Lighting
 from ..optics.pattern import DotPattern, uneven
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, UNTOUCHED, Act, Script, Specimen, acting, one_after_the_other, session
+from ..scene.specimen import TIMING, Act, Script, Specimen, acting, one_after_the_other, session
 from ..skin.surfaces import Membrane
 from ..skin.tools import Key
 
-ROWS = COLUMNS = 23
-_FOCAL = 688.0  # px, of the native image
-_DISTANCE = 0.0400  # m, from the camera to the rim plane
+
+@dataclass(frozen=True)
+class TouchpadMade:
+    """A touchpad as made."""
+
+    rows: int = 23
+    columns: int = 23
+    focal: float = 688.0  # px, of the native image
+    distance: float = 0.0400  # m, from the camera to the rim plane
+
+
+PAD = TouchpadMade()
 
 
 def touchpad_camera(width: int = 640) -> SimulatedCamera:
     """The camera of the touchpad, 40 mm behind the rim; width: of its 4 : 3 images, px."""
-    return mounted((_FOCAL, _FOCAL), (321.3, 237.8), (-0.062, 0.018, 4e-4, -3e-4, 0.0), (0.003, -0.004, 0.002),
-                   (-0.00012, 0.00008, _DISTANCE), (640, 480), width)
+    return mounted((PAD.focal, PAD.focal), (321.3, 237.8), (-0.062, 0.018, 4e-4, -3e-4, 0.0), (0.003, -0.004, 0.002),
+                   (-0.00012, 0.00008, PAD.distance), (640, 480), width)
 
 
 def touchpad_dots(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
     """Dots with random errors of position and size, evenly spaced in the image of the resting pad."""
     pitch, jitter = 18.8, 0.055e-3
-    v, u = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)
-    slope = np.stack([(u - (COLUMNS - 1) / 2) * pitch / _FOCAL, (v - (ROWS - 1) / 2) * pitch / _FOCAL, np.ones(u.size)], axis=1)
+    v, u = np.mgrid[:PAD.rows, :PAD.columns].reshape(2, -1)
+    slope = np.stack([(u - (PAD.columns - 1) / 2) * pitch / PAD.focal, (v - (PAD.rows - 1) / 2) * pitch / PAD.focal, np.ones(u.size)],
+                     axis=1)
     rays = slope / np.linalg.norm(slope, axis=1, keepdims=True)
-    positions = membrane.seen_at_rest(np.array([0, 0, -_DISTANCE]), rays)
+    positions = membrane.seen_at_rest(np.array([0, 0, -PAD.distance]), rays)
     positions += rng.normal(0, jitter, positions.shape)
-    return DotPattern(membrane, positions, uneven(0.40e-3, 0.05, len(positions), rng), np.arange(len(positions)), ROWS, COLUMNS)
+    return DotPattern(membrane, positions, uneven(0.40e-3, 0.05, len(positions), rng), np.arange(len(positions)), PAD.rows, PAD.columns)
 
 
 def touchpad(seed: int, width: int, lighting: Lighting = Lighting(), imaging: Imaging = Imaging()) -> Specimen:
@@ -71,7 +81,7 @@ _SPHERE_TILT = acting('sphere', {'t': 0.7, 'press': 0.0036}, {'t': 2.0, 'x': 0.0
 
 def _sphere_grid() -> tuple[Act, ...]:
     """Presses of a ball at known positions and depths, each from rest."""
-    acts, t = [], UNTOUCHED
+    acts, t = [], TIMING.untouched
     for position, (x, y) in enumerate([(x, y) for y in (-0.006, 0.0, 0.006) for x in (-0.006, 0.0, 0.006)]):
         for depth in (0.0015, 0.0030, 0.0045) if position % 2 == 0 else (0.0020, 0.0040):
             above = Key(t, x, y, -0.001)
@@ -96,7 +106,7 @@ _DRAG = one_after_the_other([_ACTS['rectangle_drag']])
 TOUCHPAD_SCENES: dict[str, Script] = {
     **{name: Script(touchpad, one_after_the_other([play])) for name, play in _ACTS.items()},
     'demo': Script(touchpad, one_after_the_other([_ACTS['rectangle_drag'], _ACTS['disc_twist'], _ACTS['ring_press'], _SPHERE_TILT,
-                                                  _ACTS['impact']], untouched=STARTING)),
+                                                  _ACTS['impact']], untouched=TIMING.starting)),
     'rest': Script(touchpad, duration=10.0),
     'glare': Script(_glaring, _DRAG),
     'glare_rest': Script(_glaring, duration=10.0),

@@ -14,14 +14,19 @@ import numpy as np
 from .surfaces import Skin
 from .tools import Pose, Tool
 
-#: Penalty of ADMM, relative to the skin's stiffness: near the geometric mean of its smallest and largest stiffness.
-#: Over-relaxation and iterations per linearisation are below.
-_COUPLING = 0.47
-_OVER_RELAXATION = 1.6
-_SWEEPS = 10
-#: In node spacings: nodes nearer to the tool than this take part; a new set is selected with the margin, so that its inverse serves many
-#: frames.
-_NEAR, _NEAR_MARGIN = 0.7, 1.9
+
+@dataclass(frozen=True)
+class ContactSolver:
+    """ADMM of skin and tool."""
+
+    coupling: float = 0.47  # penalty over the skin's stiffness: near the geometric mean of its smallest and largest
+    over_relaxation: float = 1.6
+    sweeps: int = 10  # a linearisation
+    near: float = 0.7  # node spacings: nodes nearer to the tool than this take part
+    near_margin: float = 1.9  # with which a new set is selected, so that its inverse serves many frames
+
+
+SOLVER = ContactSolver()
 
 
 @dataclass
@@ -70,7 +75,7 @@ class FrictionalContact:
 
     def __init__(self, skin: Skin, friction: float):
         self.skin, self.friction = skin, friction
-        self._coupling = _COUPLING * skin.stiffness
+        self._coupling = SOLVER.coupling * skin.stiffness
         self._inner = np.flatnonzero(skin.inner)
         self.reset()
 
@@ -114,14 +119,14 @@ class FrictionalContact:
 
     def _choose_near(self, gap: np.ndarray):
         """Choose the nodes that take part and invert their compliance; both are kept while they cover all nodes that may touch."""
-        needed = (gap < _NEAR * self.skin.spacing) | self._was_touching
+        needed = (gap < SOLVER.near * self.skin.spacing) | self._was_touching
         have = np.zeros_like(needed)
         have[self._near] = True
         if have[needed].all() and have.sum() < 2 * needed.sum() + 60:
             return
         held = np.zeros((len(needed), 3))
         held[self._near] = self._held
-        self._near = np.flatnonzero((gap < _NEAR_MARGIN * self.skin.spacing) | self._was_touching)
+        self._near = np.flatnonzero((gap < SOLVER.near_margin * self.skin.spacing) | self._was_touching)
         self._held = held[self._near]
         block = self.skin.compliance_among(self._near)
         self._local = block
@@ -155,11 +160,11 @@ class FrictionalContact:
         response /= np.sqrt(rise - float((lift * response).sum()))
         held = self._held
         position = free - self._coupling * (self._local @ held - lift * ((lift * held).sum() / rise))
-        for _ in range(_SWEEPS):
+        for _ in range(SOLVER.sweeps):
             aim = position - held
             force = aim - free
             force = self._answer @ force + response * np.vdot(response, force)
-            trial = _OVER_RELAXATION * (aim - force / self._coupling) + (1 - _OVER_RELAXATION) * position + held
+            trial = SOLVER.over_relaxation * (aim - force / self._coupling) + (1 - SOLVER.over_relaxation) * position + held
             inside = np.maximum(-(np.einsum('ij,ij->i', normal, trial) + offset), 0)
             position = trial + inside[:, None] * normal
             slide = anchor - position

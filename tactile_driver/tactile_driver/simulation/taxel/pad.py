@@ -11,17 +11,31 @@ import cv2
 import numpy as np
 from scipy import fft
 
+
+@dataclass(frozen=True)
+class PadMechanics:
+    """How a pad passes tractions and pressures on."""
+
+    along: float = 2.1  # c along the wave, of a layer of Poisson's ratio 0.45 that is free to rise: within 3 % up to k h = 2, 15 % beyond
+    margin: float = 1.5  # thicknesses around a contact, beyond which nothing moves: over twice of that a shear wave falls to 1 %
+    max_rounds: int = 60  # of a step: continued in the next one
+    converged: float = 5e-3  # of the largest motion in a step, error of a displacement
+    min_error: float = 1e-8  # m, the same
+    tiny: float = 1e-3  # Pa, against a division by zero
+    fine: int = 2  # positions of the surface along the side of a taxel
+    points: tuple[float, ...] = (34, 21)  # in a position at a border, and their lattice: no two lie in a row or column (Fibonacci numbers)
+    shifted: float = 0.24  # of the load of a position, by friction
+    spread: float = 0.76  # of it, that arises around instead
+    spread_thicknesses: float = 1.54  # so far: an elastic layer's response by wave number, Poisson's ratio 0.4 to 0.49, within 0.05
+    slips: float = 0.02  # of the farthest motion in a step, from which a position slips: above what is left to converge
+    hysteresis_pa: float = 1.2e4  # change of a load after which the ink holds back no more of it: a tenth of the range
+
+
+PAD = PadMechanics()
+
 # A traction wave of wave number k displaces the surface of a layer of thickness h by less than an even traction: across the wave by 1 /
 # (k h coth k h) of it, which is exact, along it by about 1 / (c k h coth c k h). So neighbours move together, and the border of a contact
 # is held by the rubber around it: there traction is largest, and slip begins.
-
-# c along the wave: an elastic layer of Poisson's ratio 0.45 whose surface is free to rise, within 3 % up to k h = 2, 15 % beyond.
-_ALONG = 2.1
-_MARGIN = 1.5  # thicknesses around a contact, beyond which nothing moves: over twice of that a shear wave falls to 1 %
-_MAX_ROUNDS = 60  # of a step: continued in the next one
-_CONVERGED = 5e-3  # of the largest motion in a step, error of a displacement
-_MIN_ERROR = 1e-8  # m, the same
-_TINY = 1e-3  # Pa, against a division by zero
 
 
 class BondedLayer:
@@ -43,12 +57,13 @@ class BondedLayer:
         self.traction[:], self.shift[:] = 0, 0
         loaded = np.flatnonzero(limit.any(axis=1)), np.flatnonzero(limit.any(axis=0))
         if len(loaded[0]):
-            margin = math.ceil(_MARGIN * self._reach)
+            margin = math.ceil(PAD.margin * self._reach)
             box = tuple(slice(max(at[0] - margin, 0), at[-1] + margin + 1) for at in loaded)
             softness = self._of(tuple(16 * math.ceil((at[-1] - at[0] + 1 + 2 * margin) / 16) for at in loaded))
             wanted, start = (np.moveaxis(field[box], -1, 0).astype(np.float32, order='C')
                                    for field in (wanted, before + self._went))
-            held = self._settled(start, wanted, limit[box].astype(np.float32), softness, max(_CONVERGED * largest, _MIN_ERROR) * self._pull)
+            error = max(PAD.converged * largest, PAD.min_error)
+            held = self._settled(start, wanted, limit[box].astype(np.float32), softness, error * self._pull)
             self.traction[box] = np.moveaxis(held, 0, -1)
             self.shift[box] = np.moveaxis(self._moved(held, softness), 0, -1)
         self._went = self.traction - before
@@ -57,7 +72,7 @@ class BondedLayer:
         """Traction (2, rows, columns) Pa, within error, that moves the surface to wanted where limit allows; start: a guess."""
         held = ahead = _within(start, limit)
         pace = 1.0
-        for _ in range(_MAX_ROUNDS):
+        for _ in range(PAD.max_rounds):
             last, held = held, _within(ahead + self._pull * (wanted - self._moved(ahead, softness)), limit)
             if np.abs(held - ahead).max() < error:
                 break
@@ -81,7 +96,7 @@ class BondedLayer:
         if size not in self._softness:
             y, x = np.meshgrid(2 * np.pi * np.fft.fftfreq(size[0]), 2 * np.pi * np.fft.rfftfreq(size[1]), indexing='ij')
             length = np.hypot(x, y)
-            across, along = (_softness(factor * length * self._reach) / self._pull for factor in (1.0, _ALONG))
+            across, along = (_softness(factor * length * self._reach) / self._pull for factor in (1.0, PAD.along))
             square = np.where(length > 0, length**2, 1)
             self._softness[size] = np.stack([across + (along - across) * x * x / square, (along - across) * x * y / square,
                                              across + (along - across) * y * y / square]).astype(np.float32)
@@ -95,7 +110,7 @@ def _softness(wave: np.ndarray) -> np.ndarray:
 
 def _within(traction: np.ndarray, limit: np.ndarray) -> np.ndarray:
     """traction (2, rows, columns) cut to the length limit (rows, columns)."""
-    return traction * np.minimum(limit / np.maximum(np.hypot(*traction), _TINY), 1)
+    return traction * np.minimum(limit / np.maximum(np.hypot(*traction), PAD.tiny), 1)
 
 
 # under friction; its loads spread in the pad, which is bonded to the sheet; pressure sensitive ink converts load to counts, with gains,
@@ -125,15 +140,10 @@ FACES: dict[str, Face] = {
 }
 
 
-FINE = 2  # positions of the surface along the side of a taxel
-# Points in a position at a border, and their lattice, no two of which lie in a row or column (Fibonacci numbers)
-_POINTS = 34, 21
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
 # Friction on the face of a pad that is bonded to the sheet moves the load there by the thickness times friction over pressure, which keeps
 # the balance of moments: a part of it moves a position's load, the rest arises around, spread by so many thicknesses: an elastic
 # layer's response by wave number, for Poisson's ratios of 0.4 to 0.49, within 0.05.
-_SHIFTED_SHARE, _SPREAD_SHARE, _SPREAD_THICKNESSES = 0.24, 0.76, 1.54
-_SLIPS = 0.02  # of the farthest motion in a step, from which a position slips: above what is left to converge
 
 
 @dataclass(frozen=True)
@@ -192,14 +202,15 @@ class RubberPad:
 
     def __init__(self, specimen: PadSpecimen):
         self.specimen = specimen
-        step = specimen.pitch / FINE
-        y = (np.arange(specimen.rows * FINE) - 0.5 * (specimen.rows * FINE - 1)) * step
-        x = (np.arange(specimen.columns * FINE) - 0.5 * (specimen.columns * FINE - 1)) * step
+        step = specimen.pitch / PAD.fine
+        y = (np.arange(specimen.rows * PAD.fine) - 0.5 * (specimen.rows * PAD.fine - 1)) * step
+        x = (np.arange(specimen.columns * PAD.fine) - 0.5 * (specimen.columns * PAD.fine - 1)) * step
         self.positions = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         self.cell = step**2
         self._layer = BondedLayer((len(y), len(x)), specimen.thickness / step, specimen.pull)
-        number = np.arange(_POINTS[0])
-        self._points = step * (np.column_stack([number, number * _POINTS[1] % _POINTS[0]]) / _POINTS[0] - 0.5 + 0.5 / _POINTS[0])
+        number = np.arange(PAD.points[0])
+        count, lattice = PAD.points
+        self._points = step * (np.column_stack([number, number * lattice % count]) / count - 0.5 + 0.5 / count)
         self._met = np.full(self.positions.shape, np.nan)  # point of the object that a position sticks to, in the object frame
 
     def move(self, face: Face, pose: np.ndarray, depth: float, tilt: np.ndarray = np.zeros(2)) -> PadState:
@@ -221,7 +232,7 @@ class RubberPad:
         slid = wanted - shift
         slips = touched & (np.hypot(*traction.T) >= limit * (1 - 1e-5))
         self._met[slips] -= slid[slips] @ turn
-        slipping = slips & (np.hypot(*slid.T) > _SLIPS * np.hypot(*went[touched].T).max(initial=0))
+        slipping = slips & (np.hypot(*slid.T) > PAD.slips * np.hypot(*went[touched].T).max(initial=0))
         return PadState(pressure, traction.copy(), covered, slipping & (covered >= 0.5))
 
     def _pressed(self, depth_at: Callable[[np.ndarray], np.ndarray], depth: float) -> tuple[np.ndarray, np.ndarray]:
@@ -241,14 +252,14 @@ class RubberPad:
         load = state.pressure * self.cell
         lean = np.zeros_like(state.traction)
         np.divide(state.traction * s.thickness, state.pressure[:, None], out=lean, where=state.pressure[:, None] > 0)
-        shape, touched = (s.rows * FINE, s.columns * FINE), state.pressure > 0
-        feet = self.positions / (s.pitch / FINE) + 0.5 * np.array([s.columns * FINE - 1, s.rows * FINE - 1])
-        lean *= FINE / s.pitch
-        image = _splat((feet + _SHIFTED_SHARE * lean)[touched], load[touched], shape)
-        image = cv2.GaussianBlur(image, (0, 0), s.spread / s.pitch * FINE, borderType=cv2.BORDER_CONSTANT)
-        more = _splat((feet + _SPREAD_SHARE * lean)[touched], load[touched], shape) - _splat(feet[touched], load[touched], shape)
-        image += cv2.GaussianBlur(more, (0, 0), _SPREAD_THICKNESSES * s.thickness / s.pitch * FINE, borderType=cv2.BORDER_CONSTANT)
-        return cv2.resize(image, (s.columns, s.rows), interpolation=cv2.INTER_AREA) * (FINE**2 / s.pitch**2)
+        shape, touched = (s.rows * PAD.fine, s.columns * PAD.fine), state.pressure > 0
+        feet = self.positions / (s.pitch / PAD.fine) + 0.5 * np.array([s.columns * PAD.fine - 1, s.rows * PAD.fine - 1])
+        lean *= PAD.fine / s.pitch
+        image = _splat((feet + PAD.shifted * lean)[touched], load[touched], shape)
+        image = cv2.GaussianBlur(image, (0, 0), s.spread / s.pitch * PAD.fine, borderType=cv2.BORDER_CONSTANT)
+        more = _splat((feet + PAD.spread * lean)[touched], load[touched], shape) - _splat(feet[touched], load[touched], shape)
+        image += cv2.GaussianBlur(more, (0, 0), PAD.spread_thicknesses * s.thickness / s.pitch * PAD.fine, borderType=cv2.BORDER_CONSTANT)
+        return cv2.resize(image, (s.columns, s.rows), interpolation=cv2.INTER_AREA) * (PAD.fine**2 / s.pitch**2)
 
     def force(self, state: PadState) -> np.ndarray:
         """Wrench (6,), N and N m, of the object on the pad, about the centre of its surface at rest."""
@@ -272,9 +283,6 @@ def _splat(feet: np.ndarray, load: np.ndarray, shape: tuple[int, int]) -> np.nda
     return image.reshape(shape).astype(np.float32)
 
 
-_HYSTERESIS_PA = 1.2e4  # change of a load after which the ink holds back no more of it: a tenth of the range
-
-
 class Ink:
     """Pressure sensitive ink. shape: (rows, columns); seed: of irregularities and noise; rate: frames/s; dead_rows: rows that read 0."""
 
@@ -293,8 +301,8 @@ class Ink:
         """Counts (rows, columns), uint8 or uint16, of load (rows, columns), Pa. Depends on earlier loads: the grains of the ink rub against
         each other (Dahl 1968), and a part follows late."""
         change, self._last = load - self._last, load
-        limit = np.copysign(_HYSTERESIS_PA, change)
-        self._held = limit - (limit - self._held) * np.exp(-np.abs(change) / _HYSTERESIS_PA)
+        limit = np.copysign(PAD.hysteresis_pa, change)
+        self._held = limit - (limit - self._held) * np.exp(-np.abs(change) / PAD.hysteresis_pa)
         self._held -= self._fades * self._held
         self._late += self._fades * (load - self._late)
         shown = load - self._loop * self._held + self._memory * (self._late - load)

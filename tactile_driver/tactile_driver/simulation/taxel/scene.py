@@ -12,7 +12,7 @@ import numpy as np
 from ...plugins import PluginTable
 from ..keyed_scene import KeyedScene, open_keyed_scene
 from ..truth import NO_SLIP, Touch, TruthFrame, slip_state_of
-from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad
+from .pad import FACES, PAD, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad
 
 STEP_S = 0.01  # step of the object's motion, small against the pitch of the positions
 
@@ -164,7 +164,7 @@ class TaxelScene(KeyedScene):
             frame.rotation_center = np.array([-at_origin[1] / rate[2], at_origin[0] / rate[2], 0.0])
 
     def _touches(self, state: PadState, pose: np.ndarray) -> list[Touch]:
-        image = (state.covered > 0).reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
+        image = (state.covered > 0).reshape(self.specimen.rows * PAD.fine, -1).astype(np.uint8)
         count, labels = cv2.connectedComponents(image)
         touches = []
         for label in range(1, count):
@@ -176,12 +176,12 @@ class TaxelScene(KeyedScene):
 
     def _loops(self, touched: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Outlines and holes, lists of (n, 3), m, through the positions at the border."""
-        image = touched.reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
+        image = touched.reshape(self.specimen.rows * PAD.fine, -1).astype(np.uint8)
         lines, family = cv2.findContours(image, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
         found, middle = ([], []), 0.5 * np.array([image.shape[1] - 1, image.shape[0] - 1])
         for line, kin in zip(lines, family[0]):
             if len(line) >= 3:
-                found[int(kin[3] >= 0)].append(np.pad((line[:, 0] - middle) * (self.specimen.pitch / FINE), ((0, 0), (0, 1))))
+                found[int(kin[3] >= 0)].append(np.pad((line[:, 0] - middle) * (self.specimen.pitch / PAD.fine), ((0, 0), (0, 1))))
         return found
 
 
