@@ -130,8 +130,6 @@ class DomeConstants:
     max_steps: tuple[float, ...] = constant((0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3), 'm, 1', 'numeric', 'of one step of the fit')
     start_rings: tuple[float, ...] = constant((0.0, 0.14, 0.28, 0.42, 0.56), '1', 'numeric', 'of the starts of the fit over the rim radius')
     start_depths: tuple[float, ...] = constant((0.06, 0.15, 0.35, 0.6, 0.85), '1', 'numeric', 'the same over the deepest press')
-    min_start_depth: float = constant(0.01, '1', 'numeric', 'depth of a start over the smallest of the table')
-    min_misfit: float = constant(0.1, '1', 'limit', 'in a covariance; no fit is assumed to be better')
     max_relative_reach: float = constant(0.98, '1', 'limit', 'of the reach of the library; contacts beyond are at the edge')
     shallow: float = constant(0.2, '1', 'measured', 'depth over the deepest press; above it, model errors are proportional to depth')
     slope_share: float = constant(0.5, '1', 'measured', 'share of the slope of the skin under the other press that displaces a contact')

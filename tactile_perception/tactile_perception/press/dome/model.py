@@ -154,7 +154,7 @@ class DomeInverse:
 
         match: (S, ...), n axes, products of the starts' fields with the field; sizes: (S, ...), squares of the starts' fields.
         """
-        factor = np.clip(match / sizes, DOME.min_start_depth, 1.0)
+        factor = np.clip(match / sizes, 0.01, 1.0)  # a press that the field opposes starts faintly
         residual = factor * (factor * sizes - 2 * match)
         best = np.unravel_index(np.argmin(residual), sizes.shape)
         starts = self.starts[list(best)]
@@ -172,7 +172,7 @@ class DomeInverse:
         frame = _core.press.DomeFrame(shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, shared=shared)
         found = self.library.kernel.fit(self._markers, frame, self._prior(prior), starts)
         misfit = float(np.sum(found.residual**2 / (noise + model)[:, None])) / max(2 * int(seen.sum()), 1)
-        scale = max(misfit, DOME.min_misfit) if len(starts) == 1 else 1.0  # the error of a sum of two fields is in the covariance
+        scale = misfit if len(starts) == 1 else 1.0  # the error of a sum of two fields is in the covariance
         radius = float(found.presses[0, RADIUS]), float(np.sqrt(scale * found.covariance[RADIUS, RADIUS]))
         drag = DOME.not_linear[0] * float(np.linalg.norm(found.presses[:, DRAG], axis=1).max())
         expected = 1 + drag**2 * float(np.mean((square / (noise + model))[seen]))
