@@ -38,7 +38,7 @@ class GripLimits:
         With which an object is held first, before anything is known of its weight and friction.
     margin : float
         Held force over the least one: shear over friction where a sensor measures the shear, else the largest force at which the object
-        has slipped.
+        has slipped. 2: a load that doubles before a command takes effect does not slip.
     rise : float
         Factor by which the force is raised when slip is reported.
     rise_interval : float
@@ -48,7 +48,7 @@ class GripLimits:
     adjustment : float
         The same where a sensor measures it, down to what the load needs.
     slip_probability : float
-        Probability of slip from which the force is raised: a needless rise costs less than a fall.
+        Probability of slip, by all reports until now, from which the force is raised: a needless rise costs less than a fall.
     blind_force : float
         Minimum force while it is uncertain whether the object slips.
     timeout : float
@@ -60,7 +60,7 @@ class GripLimits:
     approach_force: float = 2.0
     contact_force: float = 0.5
     start_force: float = 4.0
-    margin: float = 1.5
+    margin: float = 2.0
     rise: float = 1.8
     rise_interval: float = 0.05
     relaxation: float = 0.05
@@ -104,6 +104,40 @@ class Reading:
     slipping: float = math.nan
 
 
+class SlipBelief:
+    """The probability that an object slips, from all reports of a sensor until now.
+
+    Attributes
+    ----------
+    value : float
+        Probability.
+
+    Notes
+    -----
+    The forward algorithm of a hidden Markov model with two states (Rabiner 1989): evidence adds up over the reports of a slip, and a single
+    one of a still object decays. A report states its probability for even odds, so that its odds are the ratio of the likelihoods.
+    Between two reports the state changes as in a continuous Markov chain: for a long gap the probability is that of any time.
+    """
+
+    BEGINS = 1.0  # 1/s, prior: slips of an object that is disturbed and held near the limit of friction
+    LASTS = 0.1  # s, prior: mean duration, as the grip stops a slip within 60 ms
+    ALWAYS = BEGINS / (BEGINS + 1 / LASTS)  # probability at any time, without a report
+
+    def __init__(self) -> None:
+        self.value, self._time_s = 0.0, math.nan
+
+    def add(self, time_s: float, probability: float) -> None:
+        """Take a report; probability: that the object slips, 0 to 1; NaN unknown."""
+        elapsed = max(time_s - self._time_s, 0.0) if math.isfinite(self._time_s) else 0.0
+        before = self.ALWAYS + (self.value - self.ALWAYS) * math.exp(-(self.BEGINS + 1 / self.LASTS) * elapsed)
+        self._time_s = time_s
+        if math.isnan(probability):
+            self.value = before
+            return
+        slips, sticks = before * probability, (1 - before) * (1 - probability)
+        self.value = slips / (slips + sticks) if slips + sticks else before
+
+
 class GripController:
     """Commands the grip force.
 
@@ -132,7 +166,9 @@ class GripController:
         """Let go."""
         self.phase, self.force, self.slipped_at, self.rises = Phase.OPEN, 0.0, math.nan, 0
         self._readings: dict[str, Reading] = {}  # the last one of each sensor
+        self._slip: dict[str, SlipBelief] = {}
         self._last = self._raised_s = -math.inf
+        self._steady = 0.0  # the force without what a slip in doubt adds, N
         self.friction.reset()
 
     def close(self) -> None:
@@ -156,11 +192,13 @@ class GripController:
         elapsed = max(reading.time_s - self._last, 0.0) if math.isfinite(self._last) else 0.0
         self._last = max(reading.time_s, self._last)
         self._readings[sensor] = reading
+        self._slip.setdefault(sensor, SlipBelief()).add(reading.time_s, reading.slip_probability)
         if self.phase is Phase.SENSOR_LOST:
             self.phase = Phase.HOLD
             elapsed = 0.0
         if self.phase is Phase.APPROACH and any(each.force >= self.limits.contact_force for each in self._present()):
             self.phase, self.force = Phase.HOLD, self.limits.start_force
+            self._steady = self.force
             self._raised_s = reading.time_s  # the rise to the first force moves the object
         elif self.phase is Phase.HOLD:
             self.friction.add(reading.force, reading.shear, reading.slipping)
@@ -177,33 +215,39 @@ class GripController:
         """Take other limits. Raises BadArgument."""
         self.limits = replace(self.limits, **limits)
         if self.phase is Phase.HOLD:
-            self.force = self._bounded(self.force)
+            self._steady, self.force = self._bounded(self._steady), self._bounded(self.force)
 
     def _present(self) -> list[Reading]:
-        return [reading for reading in self._readings.values() if self._last - reading.time_s <= self.limits.timeout]
+        return [self._readings[name] for name in self._readings if name not in self.lost]
 
     def _hold(self, time_s: float, elapsed: float) -> None:
         probabilities = [reading.slip_probability for reading in self._present() if math.isfinite(reading.slip_probability)]
         sure = [each for each in probabilities if not _is_unknown(each)]
-        if max(sure, default=0.0) >= self.limits.slip_probability:
+        slip = max(belief.value for name, belief in self._slip.items() if name not in self.lost)
+        doubt = max(slip - SlipBelief.ALWAYS, 0.0) if sure else 0.0
+        if slip < self.limits.slip_probability:
+            is_blind = probabilities and not sure
+            self._steady = self._bounded(max(self._steady, self.limits.blind_force) if is_blind else self._lowered(elapsed))
+        elif time_s - self._raised_s >= self.limits.rise_interval:
             self._rise(time_s)
-            return
-        if probabilities and not sure:
-            self.force = self._bounded(max(self.force, self.limits.blind_force))
-            return
+            doubt = 0.0
+        # The expected need: a slip that is not sure yet raises the force in part, until it is or the belief decays.
+        self.force = self._bounded(self._steady * (1 + (self.limits.rise - 1) * doubt))
+
+    def _lowered(self, elapsed: float) -> float:
+        """The force without slip, N."""
         needed, rate = self.needed_force, self.limits.adjustment
         if math.isnan(needed):  # what is known is at which force it slipped, and that the present one holds
             known = self.limits.margin * self.slipped_at if math.isfinite(self.slipped_at) else 0.0
-            needed, rate = min(known, self.force), self.limits.relaxation
-        self.force = self._bounded(max(needed, self.force * (1 - rate * elapsed)))
+            needed, rate = min(known, self._steady), self.limits.relaxation
+        return max(needed, self._steady * (1 - rate * elapsed))
 
     def _rise(self, time_s: float) -> None:
-        """Raise the force, unless the last rise has not taken effect yet."""
-        if time_s - self._raised_s < self.limits.rise_interval:
-            return
-        self.slipped_at = max(self.force, self.slipped_at) if math.isfinite(self.slipped_at) else self.force
-        self.force, self._raised_s = self._bounded(self.force * self.limits.rise), time_s
+        """Raise the force, and wait for new evidence: what was known of slip was at the force before."""
+        self.slipped_at = max(self._steady, self.slipped_at) if math.isfinite(self.slipped_at) else self._steady
+        self._steady, self._raised_s = self._bounded(self._steady * self.limits.rise), time_s
         self.rises += 1
+        self._slip = {name: SlipBelief() for name in self._slip}
 
     def _bounded(self, force: float) -> float:
         return min(max(force, self.limits.min_force), self.limits.max_force)

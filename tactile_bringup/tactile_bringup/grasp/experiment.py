@@ -36,7 +36,7 @@ POLICIES = ('controller', 'array alone', 'fixed', 'oracle')
 TOUCHPAD_RATE = 50.0  # Hz
 FIXED_FORCE = 6.0  # N, of a gripper that knows nothing of its object
 ORACLE_MARGIN = 1.3  # over the least force, of a gripper that knows weight and friction
-SLIP_SPEED = 2e-3  # m/s, from which the engine's object slips: a hundred times its creep
+SLIP_SPEED = 2e-3  # m/s, from which the engine's object slips: far above its creep of 1e-6 m/s
 _UNTOUCHED_S, _MAX_DURATION_S = 0.3, 20.0  # before the gripper closes; of a grasp that is never lifted
 FALLEN = 0.015  # m; an object that has moved so far in the hand is dropped
 
@@ -73,9 +73,10 @@ class Grasp:
 
 
 class ArraySensor:
-    """The pressure array on the left finger; seed: of its noise and irregularities."""
+    """The pressure array on the left finger; seed: of its noise and irregularities; partial: whether a contact that slips in part slips."""
 
-    def __init__(self, seed: int):
+    def __init__(self, seed: int, partial: bool = True):
+        self._partial = partial
         self._array = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
         self.counts, self.result = np.zeros((TAXELS, TAXELS), np.uint8), None  # of the last frame
         parameters = node_parameters('taxel_contact_node', parameter_file('taxel_array', True))
@@ -86,7 +87,7 @@ class ArraySensor:
         self.counts = self._array.read(pressure)
         self.result = result = self._estimator.process(self.counts, truth.time_s)
         return Reading(truth.time_s, sum(contact.force for contact in result.contacts),
-                       slip_probability(result.slip.state, result.slip.confidence))
+                       slip_probability(result.slip.state, result.slip.confidence, self._partial))
 
 
 class TouchpadSensor:
@@ -132,7 +133,7 @@ class Sensors:
     """
 
     def __init__(self, held: HeldObject, touchpad: bool, fault: str, seed: int, topics: Sequence[str] = ()):
-        self.array, self.touchpad = ArraySensor(seed), TouchpadSensor(held, seed, topics) if touchpad else None
+        self.array, self.touchpad = ArraySensor(seed, not touchpad), TouchpadSensor(held, seed, topics) if touchpad else None
         self._fault, self._waiting = fault, deque()
 
     def read(self, pressure: np.ndarray, truth: GraspTruth, lifted_s: float) -> list[tuple[str, Reading]]:

@@ -95,8 +95,8 @@ class GripControllerNode(LifecycleNode):
         if self._grasps_itself and self._has_gripper:
             self._control.close()
             self._grasps_itself = False
-        reading = Reading(1e-9 * stamp_ns_of(message.header), self._contact_force, slip_probability(message.state, message.confidence))
-        self._use(reading, 'sensor')
+        probability = slip_probability(message.state, message.confidence, partial=not self._settings['shear_sensor'])
+        self._use(Reading(1e-9 * stamp_ns_of(message.header), self._contact_force, probability), 'sensor')
 
     def _take_wrench(self, message: WrenchStamped) -> None:
         self._wrench = message

@@ -38,19 +38,34 @@ def test_slip_raises_the_force_at_once_and_again_while_it_is_reported():
     control = held()
     run(control, 0.1)
     before = control.force
-    assert control.take(Reading(0.11, 3.0, 0.99), 'array') == pytest.approx(before * LIMITS.rise)
-    assert control.take(Reading(0.12, 3.0, 0.99), 'array') == pytest.approx(before * LIMITS.rise), 'the rise has not taken effect yet'
-    assert control.take(Reading(0.17, 3.0, 0.99), 'array') == pytest.approx(before * LIMITS.rise**2)
+    assert control.take(Reading(0.11, 3.0, 0.98), 'array') > 1.1 * before, 'in part: it is not sure yet'
+    assert control.take(Reading(0.12, 3.0, 0.98), 'array') == pytest.approx(before * LIMITS.rise, rel=0.01)
+    assert control.take(Reading(0.13, 3.0, 0.98), 'array') < before * LIMITS.rise**2 and control.rises == 1, 'it has not taken effect yet'
+    control.take(Reading(0.17, 3.0, 0.98), 'array')
+    assert control.take(Reading(0.18, 3.0, 0.98), 'array') == pytest.approx(before * LIMITS.rise**2, rel=0.02)
     assert control.rises == 2
 
 
-def test_it_relaxes_to_the_margin_over_the_force_that_slipped():
+@pytest.mark.parametrize('step', [0.01, 0.02])
+def test_single_reports_of_slip_have_no_lasting_effect_and_weak_evidence_adds_up(step):
     control = held()
+    run(control, 0.1)
+    before = control.force
+    for k in range(20):
+        control.take(Reading(0.1 + step * (k + 1), 3.0, 0.98 if k % 5 == 0 else 0.05), 'array')
+    assert control.rises == 0 and control.force < 1.01 * before
+    for k in range(4):
+        control.take(Reading(0.1 + step * (k + 21), 3.0, 0.85), 'array')
+    assert control.rises == 1 and control.force > 1.5 * before
+
+
+def test_it_relaxes_to_the_margin_over_the_force_that_slipped():
+    control = held(GripLimits(margin=1.5))
     before = run(control, 1.0)[-1]
     assert before == pytest.approx(LIMITS.start_force * (1 - LIMITS.relaxation * STEP)**100)
     control.take(Reading(1.02, 3.0, 1.0), 'array')
     slipped = control.slipped_at
-    assert run(control, 30.0, start=1.03)[-1] == pytest.approx(LIMITS.margin * slipped)
+    assert run(control, 30.0, start=1.03)[-1] == pytest.approx(1.5 * slipped)
 
 
 def test_without_slip_it_relaxes_to_the_smallest_force():
@@ -64,7 +79,7 @@ def test_the_force_never_leaves_its_limits():
 
 @pytest.mark.parametrize('slip', [0.0, 0.2, math.nan])
 def test_slip_that_is_not_probable_or_not_stated_raises_nothing(slip):
-    assert max(run(held(), 1.0, slip)) <= LIMITS.start_force
+    assert max(run(held(), 1.0, slip)) <= 1.1 * LIMITS.start_force
 
 
 def test_a_sensor_that_cannot_tell_slip_from_none_is_held_firmly():
@@ -113,12 +128,13 @@ def load(control, shear, seconds, start=STEP, slipping=0.0, sensor='touchpad'):
 def test_where_the_shear_is_measured_the_force_follows_load_and_friction():
     control = held()
     light = load(control, 0.5, 10.0)
-    assert light == pytest.approx(LIMITS.margin * 0.5 / control.friction.cautious) and light > 0.5
-    assert load(control, 1.5, STEP, start=10.1) == pytest.approx(LIMITS.margin * 1.5 / control.friction.cautious), 'at once'
+    assert light == pytest.approx(LIMITS.margin * 0.5 / control.friction.cautious, rel=0.01) and light > 0.5
+    assert load(control, 1.5, STEP, start=10.1) == pytest.approx(LIMITS.margin * 1.5 / control.friction.cautious, rel=0.1), 'at once'
 
 
 def test_what_sticks_at_a_smaller_force_allows_a_smaller_force():
-    assert load(held(), 0.5, 20.0) < load(held(), 0.5, 1.5)
+    limits = GripLimits(margin=1.5)
+    assert load(held(limits), 0.5, 20.0) < load(held(limits), 0.5, 1.5)
 
 
 def test_slip_is_believed_of_any_sensor_and_ignorance_of_all():
@@ -128,8 +144,9 @@ def test_slip_is_believed_of_any_sensor_and_ignorance_of_all():
     control = held()
     control.take(Reading(0.2, 3.0, 0.05, 0.1, 0.0), 'touchpad')
     before = control.take(Reading(0.2, 3.0, 0.5), 'array')
-    assert before <= LIMITS.start_force, 'the other knows'
-    assert control.take(Reading(0.21, 3.0, 0.99, 0.1, 1.0), 'touchpad') == pytest.approx(before * LIMITS.rise)
+    assert before <= 1.01 * LIMITS.start_force, 'the other knows'
+    control.take(Reading(0.22, 3.0, 0.98, 0.1, 1.0), 'touchpad')
+    assert control.take(Reading(0.24, 3.0, 0.98, 0.1, 1.0), 'touchpad') == pytest.approx(before * LIMITS.rise, rel=0.02)
 
 
 def test_one_lost_sensor_of_two_is_named_and_the_other_holds():

@@ -44,6 +44,21 @@ def test_an_object_is_lifted_by_friction_and_falls_where_friction_does_not_suffi
         assert truth.least_force == pytest.approx(OBJECTS['box'].mass * 9.81 / 1.2)
 
 
+@pytest.mark.parametrize('name', ['box', 'soft_ball', 'heavy_box'])
+def test_an_object_above_the_limit_of_friction_does_not_creep(name):
+    """Friction is Coulomb's: what is held sticks. Creep of 0.1 mm/s would be reported as slip and counted as displacement."""
+    least = OBJECTS[name].mass * 9.81 / (2 * OBJECTS[name].friction)
+    world, _, truth = gripped(name, 3 * least)
+    world.lift()
+    moved = []
+    while world.lifted_s < 3.0:
+        _, truth = world.advance((3 if world.lifted_s < 1.5 else 1.1) * least)
+        if world.lifted_s > 2.0:
+            moved.append(truth.displacement)
+    assert truth.grip_force < 1.2 * least
+    assert np.linalg.norm(moved[-1] - moved[0]) < 2e-6, 'm in a second'
+
+
 def test_the_weight_of_a_bottle_that_is_filled_grows_fourfold():
     _, disturbances = object_named('bottle')
     assert disturbances == FILLED
@@ -90,9 +105,9 @@ def test_the_controller_holds_a_box_whose_weight_doubles():
     watch = PoseWatch(('touchpad',))
     found = grasp('box', 'controller', watch=watch, topics=('contacts', 'contact_region'))
     assert not found.is_dropped and found.displacement < 0.6e-3 and found.delay <= 0.06
-    assert found.force_ratio < 3.5 and found.friction == pytest.approx(1.0, abs=0.25)
+    assert found.force_ratio < 3.0 and found.friction == pytest.approx(1.0, abs=0.25)
     pose = watch.errors()
-    assert pose.position < 0.15e-3 and pose.displacement > 0.3e-3 and pose.turn < 0.003, 'where the object is in the hand'
+    assert pose.position < 0.15e-3 and pose.displacement > 0.2e-3 and pose.turn < 0.003, 'where the object is in the hand'
     assert pose.position_nees < 3 and pose.rotation_nees < 3
 
 
