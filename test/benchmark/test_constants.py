@@ -48,9 +48,7 @@ pytestmark = pytest.mark.full
 
 def changed(kind, name, factor):
     """A model with that constant so many times as large."""
-    model = kind()
-    setattr(model, name, factor * getattr(model, name))
-    return model
+    return kind(**{name: factor * getattr(kind(), name)})
 
 
 def halved_and_doubled(names, errors):
@@ -278,7 +276,7 @@ def slips(name='edge', factor=1.0):
     """Macro F1 of the states of slip on each device with a limit so many times as large."""
     found = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(LIMITS, name, factor * getattr(LIMITS, name))
+        patch.setattr('tactile_perception.taxel.estimator.LIMITS', changed(type(LIMITS), name, factor))
         for made, scenes in pressed():
             score = Score()
             for frames in scenes:

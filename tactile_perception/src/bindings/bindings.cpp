@@ -4,6 +4,6 @@
 #include "bindings/bindings.hpp"
 
 PYBIND11_MODULE(_core, module) {
-    module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
+    module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises BadArgument with its name.";
     for (const auto& [name, bind] : tactile::border::Subject::all()) bind(module);
 }

@@ -3,11 +3,11 @@
 // How functions and structs of C++ become those of Python. A line describes each argument, member and result: its name, the shape of an
 // array, and the range of its numbers.
 //
-//     def(module, "path_lengths -> (N), (N)", "What it does.", path_lengths, "path (7)", "points (N, 3)", "radius [0, 4096]");
+//     def(module, "path_lengths -> (N), (N)", "What it does.", {"path (7)", "points (N, 3)", "radius [0, 4096]"}, path_lengths);
 //
-// A letter stands for one length throughout a call; determine() gives those that an object knows. (N=2..100) bounds a length. The type of
+// A letter stands for one length throughout a call; determine gives those that an object knows. (N=2..100) bounds a length. The type of
 // an array is that of the C++ parameter; const uint8_t* is a mask of booleans, as are results whose shape ends in "bool". What does not
-// fit raises ValueError that begins with the argument's name. Other threads of Python run while C++ works.
+// fit raises BadArgument that begins with the argument's name. Other threads of Python run while C++ works.
 #pragma once
 
 #include <pybind11/eigen.h>
@@ -22,7 +22,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <numeric>
 #include <optional>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -37,25 +40,40 @@ namespace py = pybind11;
 
 constexpr py::ssize_t ANY = -1;  // length
 
+using Lines = std::vector<std::string>;  // descriptions
+
 /// Lengths that letters stand for.
 struct Lengths : std::array<py::ssize_t, 128> {
     Lengths() { fill(ANY); }
 };
 
-/// Notes the lengths that an object knows; overloaded for such classes.
+/// Notes the lengths that an object of a class knows; the bindings of such a class set it.
 template <class T>
-void determine(const T&, Lengths&) {}
+void (*determine)(const T&, Lengths&) = nullptr;
+template <class T>
+Lengths lengths_of(const T& object) {
+    Lengths known;
+    if (determine<T>) determine<T>(object, known);
+    return known;
+}
+
+/// Raises an error of the package by its name.
+[[noreturn]] inline void refuse(const std::string& text, const char* error = "BadArgument") {
+    const py::gil_scoped_acquire interpreter;
+    PyErr_SetString(py::module_::import("tactile_perception.core.errors").attr(error).ptr(), text.c_str());
+    throw py::error_already_set();
+}
 
 /// A number within bounds, both included; NaN is never within.
 template <class T>
 T within(T value, const std::string& name, double lowest, double highest) {
     if (static_cast<double>(value) >= lowest && static_cast<double>(value) <= highest) return value;
-    throw py::value_error(name + ": a number from " + std::to_string(lowest) + " to " + std::to_string(highest) + " is needed, got " +
-                          std::to_string(value));
+    refuse(name + ": a number from " + std::to_string(lowest) + " to " + std::to_string(highest) + " is needed, got " +
+           std::to_string(value));
 }
 
 inline void check_rows(const std::string& name, py::ssize_t rows, py::ssize_t needed) {
-    if (rows != needed) throw py::value_error(name + ": " + std::to_string(needed) + " rows are needed, got " + std::to_string(rows));
+    if (rows != needed) refuse(name + ": " + std::to_string(needed) + " rows are needed, got " + std::to_string(rows));
 }
 
 /// A line of description: "name (N, 3) [lowest, highest]".
@@ -70,14 +88,14 @@ struct Rule {
     unsigned char letter = '\0';  // for which a number stands, after its name: "count L"
     double lowest = -INFINITY, highest = INFINITY;
 
-    Rule(const char* line) : text(line), name(line, std::strcspn(line, " ")), is_mask(std::strstr(line, ") bool")) {
+    Rule(const char* line) : Rule(std::string(line)) {}
+    Rule(const std::string& all) : text(all), name(all, 0, all.find(' ')), is_mask(all.find(") bool") != all.npos) {
+        const char* line = text.c_str();
         if (text.size() > name.size() && std::isupper(static_cast<unsigned char>(text[name.size() + 1]))) letter = text[name.size() + 1];
         if (const char* at = std::strchr(line, '('))
             for (; *at != ')'; at += std::strcspn(at, ",)")) shape.push_back(length(at += 1 + std::strspn(at + 1, " ")));
         if (std::strchr(line, '[')) std::sscanf(std::strchr(line, '['), "[%lf, %lf", &lowest, &highest);
     }
-    Rule(const py::arg& given) : Rule(given.name) {}
-    Rule(const py::kw_only&) : Rule("") {}
 
     template <class Numbers>
     void check(const Numbers& numbers, py::ssize_t size) const {
@@ -98,9 +116,9 @@ struct Rule {
         }
         return fits;
     }
-    [[noreturn]] void refuse(const std::string& type, const std::string& got) const {
+    [[noreturn]] void refuse_array(const std::string& type, const std::string& got) const {
         const std::string wanted = text.substr(std::min(text.size(), name.size() + 1));
-        throw py::value_error(name + ": an array " + wanted + " of " + type + " is needed, got " + got);
+        refuse(name + ": an array " + wanted + " of " + type + " is needed, got " + got);
     }
     /// The lengths of a result; one letter may be unknown.
     std::vector<py::ssize_t> shape_of(py::ssize_t size, const Lengths& lengths) const {
@@ -110,7 +128,10 @@ struct Rule {
             found.push_back(!letter ? low : lengths[letter] == ANY ? ANY : lengths[letter] + more);
         for (const py::ssize_t one : found) known *= one == ANY ? 1 : one;
         std::replace(found.begin(), found.end(), ANY, size / std::max<py::ssize_t>(known, 1));
-        return found.empty() ? std::vector{size} : found;
+        if (found.empty()) found = {size};
+        if (std::accumulate(found.begin(), found.end(), py::ssize_t{1}, std::multiplies<>()) != size)
+            throw std::logic_error("the result " + text + " has " + std::to_string(size) + " numbers");
+        return found;
     }
 
  private:
@@ -128,7 +149,7 @@ struct Rule {
 
 template <class T>
 py::array checked(const py::object& given, const Rule& rule, Lengths& lengths) {
-    const auto refuse = [&](const std::string& got) { rule.refuse(py::str(py::dtype::of<T>().attr("name")), got); };
+    const auto refuse = [&](const std::string& got) { rule.refuse_array(py::str(py::dtype::of<T>().attr("name")), got); };
     if (!py::isinstance<py::array>(given)) refuse(py::str(py::type::of(given).attr("__name__")));
     if (!py::isinstance<py::array_t<T>>(given)) refuse(py::str(given.attr("dtype")));
     py::array array = given;
@@ -164,12 +185,18 @@ struct Taken<P, Array<T>> {
     }
     const Array<T>& get() const { return value; }
 };
+template <class T>
+using Shown = std::conditional_t<std::is_same_v<T, std::uint8_t>, bool, T>;  // masks
+template <class P, class T>
+struct Taken<P, std::vector<T>, std::enable_if_t<std::is_arithmetic_v<T>>> : Taken<Array<Shown<T>>> {
+    using Taken<Array<Shown<T>>>::Taken;
+    std::vector<T> get() const { return {this->value.data, this->value.data + this->value.size}; }
+};
 template <class P, class T>
 struct Taken<P, const T*, std::enable_if_t<std::is_arithmetic_v<T>>> {
     using Given = py::object;
     py::array kept;
-    Taken(const py::object& given, const Rule* rule, Lengths& lengths)
-        : kept(checked<std::conditional_t<std::is_same_v<T, std::uint8_t>, bool, T>>(given, *rule, lengths)) {}
+    Taken(const py::object& given, const Rule* rule, Lengths& lengths) : kept(checked<Shown<T>>(given, *rule, lengths)) {}
     const T* get() const { return static_cast<const T*>(kept.data()); }
 };
 template <class P, class T>
@@ -192,19 +219,8 @@ struct Taken<P, T, std::enable_if_t<std::is_base_of_v<Eigen::EigenBase<T>, T>>> 
 inline void check_starts(const Array<std::int64_t>& start, py::ssize_t count) {
     for (py::ssize_t k = 0; k < start.length(); ++k)
         if ((k == 0 && start[k] != 0) || (k + 1 == start.length() ? start[k] != count : start[k] >= start[k + 1]))
-            throw py::value_error("start: rising numbers from 0 to the number of vertices are needed");
+            refuse("start: rising numbers from 0 to the number of vertices are needed");
 }
-
-/// Attributes of a Python object, taken like parameters.
-struct Attributes {
-    py::object owner;
-    Lengths lengths{};
-    template <class P>
-    Taken<P> take(const char* line) {
-        const Rule rule(line);
-        return {owner.attr(rule.name.c_str()).template cast<typename Taken<P>::Given>(), &rule, lengths};
-    }
-};
 
 // ---- Results.
 
@@ -224,21 +240,15 @@ auto shown(std::vector<T>&& found, const Rule* rule, const Lengths& lengths) {
         return py::array(shape, owned->data(), py::capsule(owned, [](void* one) { delete static_cast<std::vector<T>*>(one); }));
     }
 }
+template <class T>
+py::list shown(std::vector<std::vector<T>>&& found, const Rule* rule, const Lengths& lengths) {
+    py::list all;
+    for (std::vector<T>& one : found) all.append(shown(std::move(one), rule, lengths));
+    return all;
+}
 template <class... T>
 auto shown(std::tuple<T...>&& found, const Rule* rule, const Lengths& lengths) {
     return std::apply([&](auto&... each) { return std::tuple{shown(std::move(each), rule++, lengths)...}; }, found);
-}
-
-/// The members of a struct of two or four.
-template <int N, class T>
-auto members(T&& of) {
-    if constexpr (N == 2) {
-        auto& [a, b] = of;
-        return std::tuple(std::move(a), std::move(b));
-    } else {
-        auto& [a, b, c, d] = of;
-        return std::tuple(std::move(a), std::move(b), std::move(c), std::move(d));
-    }
 }
 
 /// What work returns, while other threads of Python run.
@@ -257,13 +267,6 @@ auto change(Object& object, const Work& work) {
     return found;
 }
 
-/// Raises an error of the package by its name.
-[[noreturn]] inline void refuse(const char* error, const std::string& text) {
-    const py::gil_scoped_acquire interpreter;
-    PyErr_SetString(py::module_::import("tactile_perception.core.errors").attr(error).ptr(), text.c_str());
-    throw py::error_already_set();
-}
-
 // ---- Functions.
 
 /// What Python calls for a C++ function: SELF of its parameters, 0 or 1, are the object of a method.
@@ -271,7 +274,7 @@ template <std::size_t SELF, class R, class... P>
 auto callable(std::function<R(P...)> call, std::vector<Rule> rules, std::vector<Rule> results) {
     return [=](typename Taken<P>::Given... given) {
         Lengths lengths;
-        if constexpr (SELF == 1) determine(std::get<0>(std::tie(given...)), lengths);
+        if constexpr (SELF == 1) lengths = lengths_of(std::get<0>(std::tie(given...)));
         std::size_t k = 0;  // braces take the arguments in order
         std::tuple<Taken<P>...> taken{
             Taken<P>(std::forward<typename Taken<P>::Given>(given), k++ < SELF ? nullptr : &rules[k - 1 - SELF], lengths)...};
@@ -298,135 +301,158 @@ std::function<R(const T&, P...)> function_of(R (T::*call)(P...) const) {
     return call;
 }
 
-inline py::arg named(const char*, const Rule& rule) {
-    return py::arg(rule.name.c_str());
+struct Description {
+    const char *results, *text;
+    Lines arguments;
+};
+
+/// Calls bind with what Python calls, the documentation and the arguments, of which the last have defaults.
+template <std::size_t SELF, class Bind, class R, class... P, std::size_t... I, std::size_t... J, class... Default>
+void describe(const Bind& bind, const Description& of, const std::function<R(P...)>& call, std::index_sequence<I...>,
+              std::index_sequence<J...>, const Default&... defaults) {
+    std::vector<Rule> rules(of.arguments.begin(), of.arguments.end()), found;
+    std::string text = of.text;
+    for (const Rule& one : rules) text += "\n" + one.text;
+    for (const char* at = std::strchr(of.results, '('); at; at = std::strchr(at + 1, '(')) found.emplace_back(' ' + std::string(at));
+    if (!found.empty()) text += "\nreturns " + found[0].text;
+    found.resize(std::max<std::size_t>(found.size(), 10), Rule(""));
+    bind(callable<SELF>(call, rules, found), text.c_str(), py::arg(rules.at(I).name.c_str())...,
+         (py::arg(rules.at(sizeof...(I) + J).name.c_str()) = defaults)...);
 }
-template <class T>
-const T& named(const T& given, const Rule&) {
-    return given;
-}
-/// Calls bind with what Python calls, the documentation and the descriptions as pybind11 wants them.
-template <std::size_t SELF, class Bind, class F, std::size_t... I, class... Line>
-void describe(const Bind& bind, const char* name, std::string text, const F& function, std::index_sequence<I...>, const Line&... lines) {
-    const std::array<Rule, sizeof...(Line)> all{Rule(lines)...};
-    std::vector<Rule> rules, results;
-    text += text.empty() ? "" : "\n";
-    for (const Rule& one : all)
-        if (!one.name.empty()) rules.push_back(one), text += "\n" + one.text;
-    for (const char* at = std::strchr(name, '('); at; at = std::strchr(at + 1, '(')) results.emplace_back((' ' + std::string(at)).c_str());
-    if (!results.empty()) text += "\nreturns " + results[0].text;
-    results.resize(std::max<std::size_t>(results.size(), 10), Rule(""));
-    bind(callable<SELF>(function_of(function), rules, results), text.c_str(), named(lines, all[I])...);
+template <std::size_t SELF, std::size_t DEFAULTS, class R, class... P>
+std::make_index_sequence<sizeof...(P) - SELF - DEFAULTS> required(const std::function<R(P...)>&) {
+    return {};
 }
 
-/// Binds a function of a module, or a method of a class; lines: of its arguments, or py::arg with a usual value, or py::kw_only().
-template <class Scope, class F, class... Line>
-void def(Scope& scope, const char* name, const char* text, const F& function, const Line&... lines) {
-    describe<!std::is_same_v<Scope, py::module_>>(
-        [&](const auto& called, const auto&... more) { scope.def(Rule(name).name.c_str(), called, more...); }, name, text, function,
-        std::index_sequence_for<Line...>(), lines...);
+/// Binds a function of a module, or a method of a class; lines: of its arguments; defaults: of the last of them.
+template <class Scope, class F, class... Default>
+void def(Scope& scope, const char* name, const char* text, const Lines& lines, const F& function, const Default&... defaults) {
+    constexpr std::size_t SELF = !std::is_same_v<Scope, py::module_>;
+    const auto bind = [&](const auto&... more) { scope.def(Rule(name).name.c_str(), more...); };
+    const auto call = function_of(function);
+    describe<SELF>(bind, {name, text, lines}, call, required<SELF, sizeof...(Default)>(call), std::index_sequence_for<Default...>(),
+                   defaults...);
 }
 /// Binds a function that makes an object of a class.
-template <class T, class... Options, class F, class... Line>
-void init(py::class_<T, Options...>& bound, const F& made, const Line&... lines) {
-    describe<0>([&](const auto& called, const auto&... more) { bound.def(py::init(called), more...); }, "", "", made,
-                std::index_sequence_for<Line...>(), lines...);
+template <class T, class... Options, class F, class... Default>
+void init(py::class_<T, Options...>& bound, const Lines& lines, const F& made, const Default&... defaults) {
+    const auto bind = [&](const auto& called, const auto&... more) { bound.def(py::init(called), more...); };
+    const auto call = function_of(made);
+    describe<0>(bind, {"", "", lines}, call, required<0, sizeof...(Default)>(call), std::index_sequence_for<Default...>(), defaults...);
 }
 
 // ---- Structs and classes.
 
-/// A property that is read: a member, a method without arguments, or a function of the object. line: "name (N, 3)".
-template <class Of>
-struct Get {
-    const char* line;
-    Of of;
-    const char* text;
+template <class T, class = void>
+constexpr bool HAS_FIELDS = false;
+template <class T>
+constexpr bool HAS_FIELDS<T, std::void_t<decltype(T::FIELDS)>> = true;
 
-    template <class T, class... Options>
-    void add(py::class_<T, Options...>& bound) const {
-        const Rule rule(line);
-        const std::string all = rule.text.substr(rule.name.size()) + ' ' + text;
-        if constexpr (std::is_member_object_pointer_v<Of>) {
-            using V = std::decay_t<decltype(std::declval<T>().*of)>;
-            if constexpr (std::is_same_v<decltype(shown(std::declval<V>(), &rule, Lengths())), V>) {
-                bound.def_readonly(rule.name.c_str(), of, all.c_str());
-                return;
-            }
-        }
-        bound.def_property_readonly(
-            rule.name.c_str(),
-            [of = of, rule](const T& one) {
-                Lengths lengths;
-                determine(one, lengths);
-                return shown(std::decay_t<decltype(std::invoke(of, one))>(std::invoke(of, one)), &rule, lengths);
-            },
-            all.c_str());
+/// The rule of the next member, of type V, by lines for several each, "name name (N, 3) [lowest, highest]", without a name for all others.
+/// A vector or matrix that no line describes has the shape of its type.
+template <class V>
+Rule rule_of(std::istream& names, const Lines& lines) {
+    std::string name, rest;
+    std::getline(names >> std::ws, name, ',');
+    for (const std::string& line : lines) {
+        const std::size_t end = std::min(line.find_first_of("(["), line.size());
+        const std::string named = ' ' + line.substr(0, end) + ' ';
+        if (named.find_first_not_of(' ') != named.npos && named.find(' ' + name + ' ') == named.npos) continue;
+        rest = ' ' + line.substr(end);
+        break;
     }
-};
-template <class Of>
-Get<Of> get(const char* line, Of of, const char* text = "") {
-    return {line, of, text};
+    if constexpr (std::is_base_of_v<Eigen::EigenBase<V>, V>) {
+        const auto length = [](int fixed, const char* letter) { return fixed < 0 ? letter : std::to_string(fixed); };
+        const std::string columns = V::ColsAtCompileTime == 1 ? "" : ", " + length(V::ColsAtCompileTime, "M");
+        if (rest.find('(') == rest.npos) rest = " (" + length(V::RowsAtCompileTime, "N") + columns + ')' + rest;
+    }
+    return name + rest;
+}
+template <class... V>
+std::vector<Rule> rules_of(std::tuple<V&...>*, const char* fields, const Lines& lines) {
+    std::istringstream names(fields);
+    return {rule_of<V>(names, lines)...};
+}
+template <class T>
+std::vector<Rule> rules_of(const Lines& lines) {
+    decltype(std::declval<T&>().fields())* types = nullptr;
+    return rules_of(types, T::FIELDS, lines);
 }
 
-/// A class with such properties, whose objects can be copied.
-template <class T, class... Options, class... Parts>
-py::class_<T, Options...> class_of(py::module_& module, const char* name, const char* text, const Parts&... parts) {
+/// Sets a member; a number that is not given keeps its default, of which NaN stands for none.
+template <class V>
+void take(V& member, const py::object& given, const Rule& rule, Lengths& lengths) try {
+    using Given = std::decay_t<typename Taken<const V&>::Given>;
+    if (given)
+        member = Taken<const V&>(given.cast<Given>(), &rule, lengths).get();
+    else if constexpr (std::is_arithmetic_v<V>)
+        rule.check(&member, member == member);
+    else
+        refuse(rule.name + ": required");
+} catch (const py::cast_error&) {
+    refuse(rule.name + ": a number is needed, got " + std::string(py::str(py::type::of(given).attr("__name__"))));
+}
+/// A struct of what given(name) returns for each of its members; a number without any keeps its default.
+template <class T, class Given>
+T made_of(const std::vector<Rule>& rules, const Given& given, Lengths& lengths) {
+    T made{};
+    auto rule = rules.begin();
+    std::apply([&](auto&... member) { ((take(member, given(rule->name), *rule, lengths), ++rule), ...); }, made.fields());
+    return made;
+}
+/// A struct of the attributes of a Python object.
+template <class T>
+T from_attributes(const py::object& owner, const Lines& lines, Lengths& lengths) {
+    const auto attribute = [&](const std::string& name) -> py::object { return owner.attr(name.c_str()); };
+    return made_of<T>(rules_of<T>(lines), attribute, lengths);
+}
+
+/// Adds a property that is read: a method without arguments, or a function of the object. line: "name (N, 3)".
+template <class T, class... Options, class Of>
+void get(py::class_<T, Options...>& bound, const Rule& rule, const char* text, const Of& of) {
+    const auto read = [=](const T& one) {
+        return shown(std::decay_t<decltype(std::invoke(of, one))>(std::invoke(of, one)), &rule, lengths_of(one));
+    };
+    bound.def_property_readonly(rule.name.c_str(), read, (rule.text.substr(rule.name.size()) + ' ' + text).c_str());
+}
+template <class T, class... Options, std::size_t... I>
+void get_fields(py::class_<T, Options...>& bound, const std::vector<Rule>& rules, std::index_sequence<I...>) {
+    const auto add = [&](auto number) {
+        using V = std::decay_t<std::tuple_element_t<decltype(number)::value, decltype(std::declval<T&>().fields())>>;
+        const auto member = [](const T& one) -> const V& { return std::get<decltype(number)::value>(one.fields()); };
+        if constexpr (std::is_same_v<decltype(shown(std::declval<V>(), nullptr, Lengths())), V>)
+            bound.def_property_readonly(rules[number].name.c_str(), member);
+        else
+            get(bound, rules[number], "", member);
+    };
+    (add(std::integral_constant<std::size_t, I>()), ...);
+}
+
+/// A class whose objects can be copied, with the members that TACTILE_FIELDS names.
+template <class T, class... Options>
+py::class_<T, Options...> class_of(py::module_& module, const char* name, const char* text, const Lines& lines = {}) {
     py::class_<T, Options...> bound(module, name, text);
-    (parts.add(bound), ...);
+    if constexpr (HAS_FIELDS<T>)
+        get_fields(bound, rules_of<T>(lines), std::make_index_sequence<std::tuple_size_v<decltype(std::declval<T&>().fields())>>());
     bound.def("__copy__", [](const T& one) { return one; }).def("__deepcopy__", [](const T& one, const py::dict&) { return one; });
     return bound;
 }
 
-/// A member that Python gives and reads. line: "name (N, 3) [lowest, highest]".
-template <class T, class V>
-struct Field {
-    Rule rule;
-    V T::*member;
-    const char* text;
-    static constexpr bool IS_ARRAY = std::is_base_of_v<Eigen::EigenBase<V>, V>;
-    using Given = std::conditional_t<IS_ARRAY, py::object, V>;
-
-    void set(T& owner, const Given& given, Lengths&& lengths = {}) const { owner.*member = Taken<const V&>(given, &rule, lengths).get(); }
-    py::arg_v argument() const {
-        if constexpr (IS_ARRAY)
-            return py::arg_v(rule.name.c_str(), py::none(), "required");
-        else
-            return py::arg(rule.name.c_str()) = T{}.*member;
-    }
-    void add(py::class_<T>& bound) const {
-        const std::string all = rule.text.substr(rule.name.size()) + ' ' + text;
-        if constexpr (IS_ARRAY)
-            bound.def_readonly(rule.name.c_str(), member, all.c_str());
-        else
-            bound.def_property(
-                rule.name.c_str(), [of = member](const T& one) { return one.*of; }, [*this](T& one, V value) { set(one, value); },
-                all.c_str());
-    }
-};
-template <class T, class V>
-Field<T, V> field(const char* line, V T::*member, const char* text = "") {
-    return {line, member, text};
-}
-
-/// A struct that Python makes of its members by name; it can be copied and pickled. Members that are arrays are required.
-template <class T, class... V>
-py::class_<T> record(py::module_& module, const char* name, const char* text, const Field<T, V>&... fields) {
-    py::class_<T> bound(module, name, text);
-    bound.def(py::init([=](const typename Field<T, V>::Given&... given) {
-                  T made;
-                  Lengths lengths;
-                  (fields.set(made, given, std::move(lengths)), ...);
-                  return made;
-              }),
-              py::kw_only(), fields.argument()...);
-    (fields.add(bound), ...);
-    bound.def(py::pickle([=](const T& one) { return std::tuple(one.*fields.member...); },
-                         [=](const std::tuple<V...>& state) {
-                             T made;
-                             std::tie(made.*fields.member...) = state;
-                             return made;
-                         }));
-    return bound;
+/// A struct that Python makes of its members by name. Members that are arrays are required.
+template <class T>
+py::class_<T> record(py::module_& module, const char* name, const char* text, const Lines& lines = {}) {
+    const auto make = [name, rules = rules_of<T>(lines)](const py::kwargs& given) {
+        for (const auto& one : given)
+            if (std::none_of(rules.begin(), rules.end(), [&](const Rule& rule) { return rule.name == one.first.cast<std::string>(); }))
+                throw py::type_error(one.first.cast<std::string>() + ": " + name + " has only " + T::FIELDS);
+        Lengths lengths;
+        const auto value = [&](const std::string& of) {
+            return py::reinterpret_borrow<py::object>(PyDict_GetItemString(given.ptr(), of.c_str()));
+        };
+        return made_of<T>(rules, value, lengths);
+    };
+    const std::string shown_as = std::string(name) + "()";
+    return class_of<T>(module, name, text, lines).def(py::init(make), T::FIELDS).def("__repr__", [=](const T&) { return shown_as; });
 }
 
 }  // namespace tactile::border

@@ -61,7 +61,8 @@ std::optional<Sight> sight(const Camera& camera, const double* pixel) {
 
 }  // namespace
 
-std::vector<double> camera_rays(const Camera& camera, const double* uv, std::int64_t count) {
+std::vector<double> camera_rays(const Camera& camera, const Array<double>& uv) {
+    const std::ptrdiff_t count = uv.length();
     std::vector<double> rays(3 * count, UNKNOWN);
     for (std::int64_t k = 0; k < count; ++k) {
         const std::optional<Sight> seen = sight(camera, uv + 2 * k);
@@ -73,7 +74,8 @@ std::vector<double> camera_rays(const Camera& camera, const double* uv, std::int
     return rays;
 }
 
-std::vector<double> back_project(const Camera& camera, const ViewedPlane& plane, const double* uv, std::int64_t count) {
+std::vector<double> back_project(const Camera& camera, const ViewedPlane& plane, const Array<double>& uv) {
+    const std::ptrdiff_t count = uv.length();
     std::vector<double> found(3 * count, UNKNOWN);
     const double away = plane.z - plane.centre.z();
     for (std::int64_t k = 0; k < count; ++k) {

@@ -7,6 +7,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/array.hpp"
+#include "common/fields.hpp"
+
 namespace tactile {
 
 /// A pinhole with Brown's distortion of its lens.
@@ -15,6 +18,7 @@ struct Camera {
     Eigen::Matrix<double, 5, 1> distortion;  ///< k1 k2 p1 p2 k3
     Eigen::Matrix3d rotation;                ///< camera from sensor
     double farthest = 0;                     ///< squared normalised radius in the image beyond which the lens images nothing
+    TACTILE_FIELDS(matrix, distortion, rotation, farthest)
 };
 
 /// The plane at that height, m, of the sensor's frame, seen from a camera's centre, m.
@@ -23,10 +27,10 @@ struct ViewedPlane {
     double z;
 };
 
-/// Unit vectors (count, 3) in the sensor's frame through pixels uv (count, 2); NaN where the lens images nothing.
-std::vector<double> camera_rays(const Camera& camera, const double* uv, std::int64_t count);
+/// Unit vectors (N, 3) in the sensor's frame through pixels uv (N, 2); NaN where the lens images nothing.
+std::vector<double> camera_rays(const Camera& camera, const Array<double>& uv);
 
-/// Points of the plane (count, 3) seen at pixels uv (count, 2): x, y, m, and the area of a pixel there, m^2; NaN where there is none.
-std::vector<double> back_project(const Camera& camera, const ViewedPlane& plane, const double* uv, std::int64_t count);
+/// Points of the plane (N, 3) seen at pixels uv (N, 2): x, y, m, and the area of a pixel there, m^2; NaN where there is none.
+std::vector<double> back_project(const Camera& camera, const ViewedPlane& plane, const Array<double>& uv);
 
 }  // namespace tactile

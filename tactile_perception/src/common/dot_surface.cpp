@@ -86,7 +86,8 @@ Eigen::Vector3d slope(const double* positions, std::ptrdiff_t node, std::ptrdiff
 
 }  // namespace
 
-std::vector<double> extended(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+std::vector<double> extended(const Array<double>& positions) {
+    const std::ptrdiff_t rows = positions.length(0), columns = positions.length(1);
     const std::ptrdiff_t row = 3 * (columns + 2 * BEYOND), inset = 3 * BEYOND;
     std::vector<double> wide((rows + 2 * BEYOND) * row);
     for (std::ptrdiff_t r = 0; r < rows; ++r) std::copy_n(positions + 3 * r * columns, 3 * columns, &wide[(r + BEYOND) * row + inset]);
@@ -95,7 +96,8 @@ std::vector<double> extended(const double* positions, std::ptrdiff_t rows, std::
     return wide;
 }
 
-std::vector<double> grid_normals(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+std::vector<double> grid_normals(const Array<double>& positions) {
+    const std::ptrdiff_t rows = positions.length(0), columns = positions.length(1);
     std::vector<double> normals(3 * rows * columns);
     for (std::ptrdiff_t row = 0, node = 0; row < rows; ++row) {
         for (std::ptrdiff_t column = 0; column < columns; ++column, ++node) {

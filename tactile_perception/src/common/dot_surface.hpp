@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/array.hpp"
 #include "common/vectors.hpp"
 
 namespace tactile {
@@ -17,13 +18,16 @@ struct Nodes {
     const double* values;
     std::ptrdiff_t rows, columns, channels;
 };
+inline Nodes nodes_of(const Array<double>& positions) {
+    return {positions, positions.length(0), positions.length(1), 3};
+}
 
 // positions (rows, columns, 3), 2 x 2 or more, with BEYOND nodes more on each side, extrapolated linearly from the last two.
-std::vector<double> extended(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns);
+std::vector<double> extended(const Array<double>& positions);
 
 // Unit normals (rows, columns, 3), z upwards, of the surface through positions (rows, columns, 3): by differences of neighbours, one-sided
 // next to a gap (NaN); NaN without neighbours along an axis.
-std::vector<double> grid_normals(const double* positions, std::ptrdiff_t rows, std::ptrdiff_t columns);
+std::vector<double> grid_normals(const Array<double>& positions);
 
 // Writes the values (channels) where the grid's nodes are refine times as dense, at that row and column; nodes off the grid are those at
 // its border.

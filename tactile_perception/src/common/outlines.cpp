@@ -143,7 +143,8 @@ Loops find_contours(const double* field, std::ptrdiff_t rows, std::ptrdiff_t col
     return grouped(Contours(field, rows, columns, level).trace());
 }
 
-Loops find_outlines(const double* score, std::ptrdiff_t rows, std::ptrdiff_t columns, double level, double ceiling, std::ptrdiff_t refine) {
+Loops find_outlines(const Array<double>& score, double level, std::ptrdiff_t refine) {
+    const std::ptrdiff_t rows = score.length(0), columns = score.length(1);
     std::ptrdiff_t top = rows, bottom = -1, left = columns, right = -1;  // of what is above level
     for (std::ptrdiff_t k = 0; k < rows * columns; ++k) {
         if (!(score[k] > level)) continue;
@@ -157,7 +158,7 @@ Loops find_outlines(const double* score, std::ptrdiff_t rows, std::ptrdiff_t col
     for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(top - 1, 0); r <= std::min(bottom + 1, rows - 1); ++r) {
         for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(left - 1, 0); c <= std::min(right + 1, columns - 1); ++c) {
             const double value = score[r * columns + c];
-            part[(r - top + 2) * width + c - left + 2] = value > 0 ? std::min(value, ceiling) : 0.0;
+            part[(r - top + 2) * width + c - left + 2] = value > 0 ? std::min(value, 1.0) : 0.0;
         }
     }
     const std::vector<double> fine = refined_field(part, height, width, refine);

@@ -22,9 +22,9 @@ struct Loops {
 // they turn from +column to +row, around holes in the opposite direction (marching squares, saddle cells resolved by their mean).
 Loops find_contours(const double* field, std::ptrdiff_t rows, std::ptrdiff_t columns, double level);
 
-// Outlines of the regions where score (rows, columns), clipped to 0 and ceiling, is above level, refine steps a node. Regions at the grid's
-// border are closed half a node outside.
-Loops find_outlines(const double* score, std::ptrdiff_t rows, std::ptrdiff_t columns, double level, double ceiling, std::ptrdiff_t refine);
+// Outlines of the regions where score (rows, columns), clipped to 0 and 1, is above level, refine steps a node. Regions at the grid's border
+// are closed half a node outside.
+Loops find_outlines(const Array<double>& score, double level, std::ptrdiff_t refine);
 
 // Points (M, 3) of a surface at the vertices of outlines that are refine steps a node; wide: see dot_surface.
 std::vector<double> points_of(const Loops& loops, const Nodes& wide, std::ptrdiff_t refine);

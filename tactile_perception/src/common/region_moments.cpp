@@ -72,18 +72,25 @@ RegionMoments region_moments(const Loops& loops, std::ptrdiff_t regions, const N
     return found;
 }
 
+RegionOutlines outline_regions(const Array<double>& score, const Array<double>& wide, double level, std::ptrdiff_t refine) {
+    Loops loops = find_outlines(score, level, refine);
+    RegionMoments moments = region_moments(loops, loops.region.empty() ? 0 : loops.region.back() + 1, nodes_of(wide), refine);
+    std::vector<double> points = points_of(loops, nodes_of(wide), refine);
+    return {std::move(loops), std::move(points), std::move(moments.of), moments.pitch};
+}
+
 double border_sigma(double squares, double pitch) {
     return OUTLINE_SIGMA * pitch * std::sqrt(OUTLINE_LENGTH * pitch * squares);
 }
 
-std::array<double, 3> region_axes(const double* sums, const double* points, const std::int64_t* start, std::ptrdiff_t count, double pitch) {
+Eigen::Vector3d region_axes(const Array<double>& sums, const Array<double>& points, const Array<std::int64_t>& start, double pitch) {
     const double area = sums[0], x = sums[1] / area, y = sums[2] / area;
     const double xx = sums[3] / area - x * x, xy = sums[4] / area - x * y, yy = sums[5] / area - y * y;
     const double mean = 0.5 * (xx + yy), half = std::hypot(0.5 * (xx - yy), xy), angle = 0.5 * std::atan2(2 * xy, xx - yy);
     const double major = 4 * std::sqrt(std::max(mean + half, 0.0)), minor = 4 * std::sqrt(std::max(mean - half, 0.0));
     const double cosine = std::cos(angle), sine = std::sin(angle);
     double squares = 0;  // of the difference of the squares along and across
-    each_side(points, start, count, [&](const Eigen::Vector3d& at, double side) {
+    each_side(points, start, start.length() - 1, [&](const Eigen::Vector3d& at, double side) {
         const double along = cosine * (at.x() - x) + sine * (at.y() - y), across = cosine * (at.y() - y) - sine * (at.x() - x);
         const double off = along * along - across * across;
         squares += side * off * off;

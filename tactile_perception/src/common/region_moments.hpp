@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "common/outlines.hpp"
 
 namespace tactile {
@@ -22,13 +23,22 @@ struct RegionMoments {
 // are at most a node off the grid.
 RegionMoments region_moments(const Loops& loops, std::ptrdiff_t regions, const Nodes& wide, std::ptrdiff_t refine);
 
+// Outlines of the regions (find_outlines), their points on the surface wide (see dot_surface), and their moments.
+struct RegionOutlines : Loops {
+    std::vector<double> points;   // (M, 3) m
+    std::vector<double> moments;  // (regions, MOMENTS)
+    double pitch;                 // m
+    TACTILE_FIELDS(vertices, start, region, points, moments, pitch)
+};
+RegionOutlines outline_regions(const Array<double>& score, const Array<double>& wide, double level, std::ptrdiff_t refine);
+
 // Standard deviation of an integral over a region due to errors of its outline; squares: over its border, of the integrand. Errors of a
 // third of a pitch are independent for each pitch.
 double border_sigma(double squares, double pitch);
 
 // Full lengths of the ellipse of the same moments, and its direction, rad, NaN where it is not significant. sums (6): integrals of 1, x, y,
-// xx, xy, yy; points (start[count], 3): of count polygons.
-std::array<double, 3> region_axes(const double* sums, const double* points, const std::int64_t* start, std::ptrdiff_t count, double pitch);
+// xx, xy, yy; points (M, 3), start (L + 1): of L polygons.
+Eigen::Vector3d region_axes(const Array<double>& sums, const Array<double>& points, const Array<std::int64_t>& start, double pitch);
 
 // Calls visit(point, length) for each vertex of the polygons and the side from it to the next one.
 template <class Visit>

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "dots/image.hpp"
 
 namespace tactile {
@@ -26,6 +27,7 @@ struct Blob {
 struct Blobs {
     std::vector<Blob> blobs;
     double blur;  // px, standard deviation of the edges' blur; NaN without a marker
+    TACTILE_FIELDS(blur)
 };
 
 // Markers of an image that was reduced by step (1 or 2) to a small one, whose pixels have labels, the regions grown by a pixel. A

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "common/wide.hpp"
 #include "dots/image.hpp"
 
@@ -50,6 +51,7 @@ struct DiscModel {
     std::ptrdiff_t profiles, profile_length;
     double per_square;           // entries of a profile per px^2 of squared radius
     std::vector<float> profile;  // (profiles, profile_length): image of unit brightness, of diameters smallest to largest
+    TACTILE_FIELDS(half, smallest, largest, blur, estimators, basis, modes, gains, levers, profile, per_square)
 };
 
 // Typical dots of an image; px and grey levels.

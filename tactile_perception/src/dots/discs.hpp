@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "dots/image.hpp"
 
 namespace tactile {
@@ -38,10 +39,11 @@ std::vector<FoundDisc> correlate(const Plane& image, const std::int64_t* column,
 // around a peak without a higher one; height: lowest of a peak in the relief; contrast: grey levels, and correlation that a disc exceeds;
 // most: number of peaks, of the highest, that are looked at.
 struct DiscSearch {
-    int sign;
-    std::ptrdiff_t margin, reach;
-    double height, contrast, correlation;
-    std::ptrdiff_t most;
+    int sign = 0;
+    std::ptrdiff_t margin = 0, reach = 0;
+    double height = 0, contrast = 0, correlation = 0;
+    std::ptrdiff_t most = 0;
+    TACTILE_FIELDS(sign, margin, reach, height, contrast, correlation, most)
 };
 
 // Discs at the peaks of a relief of the image.

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "dots/disc.hpp"
 #include "dots/image.hpp"
 
@@ -20,6 +21,7 @@ struct FoundDots {
     std::vector<Dot> dots;
     std::vector<double> candidates;  // u, v, u, v, ..., px of the whole image, of peaks that were fitted
     bool outgrown;                   // whether some are larger than the model's largest disc, and therefore left out
+    TACTILE_FIELDS(candidates, outgrown)
 };
 
 // All that decides what is a dot. What each is and how it was found: docs/constants.md.
@@ -32,6 +34,7 @@ struct DotLimits {
     double plain = 0.12;    // and as a share of its contrast
     double usual = 2.5;     // times the median ratio of residual to contrast
     double unlikest = 0.3;  // and its bound
+    TACTILE_FIELDS(same, met, farthest, faintest, noise, plain, usual, unlikest)
 };
 
 // Finds dots with contrast and size of the look and shape of a disc, wholly inside the image, their positions corrected for sloping light.

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/fields.hpp"
+
 namespace tactile {
 
 // Relative row and column indices of dots on a printed grid.
@@ -15,6 +17,7 @@ struct Lattice {
     std::vector<std::uint8_t> member;
     double angle = 0;  // of the rows from u, rad
     double pitch = 0;  // px
+    TACTILE_FIELDS(found, rc, member, angle, pitch)
 };
 
 // Finds neighbours and indices of dots at positions (count, 2), px, all finite, by links and, over gaps, by extrapolation. Of the

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "common/rows.hpp"
 
 namespace tactile {
@@ -24,6 +25,7 @@ struct PrintModel {
     double chance = 0.2;          // share of a dot's neighbours that have a third such dot in any image
     double max_regular = 0.95;    // and the most that is assumed of a print
     std::ptrdiff_t min_dots = 6;  // of a print: the corners of a square are four
+    TACTILE_FIELDS(own_share, sigma, range, odd_share, odd_sigmas, in_line, chance, max_regular, min_dots)
 };
 
 // Dots with which others are compared. logarithms (N, K): of contrasts and diameters; sigma (K): their standard deviations about those of

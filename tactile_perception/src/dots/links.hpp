@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/fields.hpp"
+
 namespace tactile {
 
 using Positions = Eigen::Matrix2Xd;  // px, a column each
@@ -24,6 +26,7 @@ struct TrackLinks {
     std::vector<double> position;
     double spacing = 0;
     std::ptrdiff_t ambiguous = 0;
+    TACTILE_FIELDS(dot, position, spacing, ambiguous)
 };
 
 // Links at least two tracks with dots. size: px, width and height of the image, whose borders dots may cross unseen.

@@ -11,6 +11,8 @@
 #include <limits>
 #include <vector>
 
+#include "common/fields.hpp"
+
 namespace tactile::finger {
 
 constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
@@ -43,6 +45,7 @@ enum Channel : std::ptrdiff_t { NORMAL, DEVIATION = 3, INSIDE, LEVEL, CROSS_PART
 struct Creep {
     double share = 0.04, seconds = 0.03;  // of a soft silicone
     bool measured = false;
+    TACTILE_FIELDS(share, seconds)
 };
 
 // One calibrated finger.
@@ -53,6 +56,7 @@ struct FingerModel {
     double cross_volts;                      // V, standard deviation of the cross term of a single contact
     Eigen::Vector4d room;                    // V, untouched outputs at the calibration; NaN where not known
     Creep creep;
+    TACTILE_FIELDS(table, load_terms, cross_volts)
 };
 
 // The cell of the model's table that holds a centroid, which is clipped to the square and not NaN; bilinear between its nodes.

@@ -26,6 +26,7 @@ struct FingerSettings {
     double fastest_drift = 0.1;      // V/s, fastest drift of the total of the untouched outputs
     double threshold = UNKNOWN;      // V, of the total: the published method; NaN: contact by noise and calibration, ambient light followed
     bool each_sample = false;        // a result for each sample, not for each run of them
+    TACTILE_FIELDS(radius, saturation, reference_seconds, fastest_drift, threshold, each_sample)
 };
 
 // Single samples of a batch.
@@ -45,11 +46,13 @@ struct Samples {
 struct Estimate {
     double at;
     std::optional<Touch> touch;
+    TACTILE_FIELDS(at, touch)
 };
 
 struct Estimates {
     std::vector<Estimate> estimates;
     bool needs_period = false;  // a single sample of unknown rate that follows no other: it has no result
+    TACTILE_FIELDS(estimates, needs_period)
 };
 
 // A finger: settings, calibrated model, and the state between batches.

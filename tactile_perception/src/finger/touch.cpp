@@ -77,7 +77,7 @@ Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const Fin
     const Eigen::Matrix3d along = across(found.normal);
     const Eigen::Matrix<double, 3, 2> slopes = along * (cells / length * (cell.slopes(NORMAL) + relative * cell.slopes(BEND)));
     const Eigen::Matrix3d of_spot = slopes * spot_covariance(mean, spot, errors) * slopes.transpose();
-    found.covariance = radius * radius * (of_spot + deviation * deviation * along);
+    found.position_covariance = radius * radius * (of_spot + deviation * deviation * along);
     if (cell.value(INSIDE) < 0.5 || spot.cwiseAbs().maxCoeff() >= 1) found.flags |= OUT_OF_RANGE;
     const double cross_error = mean.sums[CROSS] - cell.value(CROSS_PART) * total;
     const double noise = std::sqrt(errors.noise(CROSS, CROSS) / static_cast<double>(mean.used));
@@ -90,14 +90,14 @@ Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const Fin
 void CreepCorrection::correct(Touch& touch, double at_s, double radius) {
     const Eigen::Vector3d found = without_creep(touch.id, touch.normal, at_s);
     double lag = radius * (found - touch.normal).norm();
-    if (!(lag * lag > MIN_CREEP * touch.covariance.trace())) return;
+    if (!(lag * lag > MIN_CREEP * touch.position_covariance.trace())) return;
     if (creep_.measured) {
         touch.normal = found.normalized();
         touch.position = radius * touch.normal;
         lag *= CREEP_ERROR;
     }
     const Eigen::Matrix3d along = across(touch.normal);  // the covariance stays along the surface where the normal has moved
-    touch.covariance = (along * touch.covariance * along + lag * lag * along).eval();
+    touch.position_covariance = (along * touch.position_covariance * along + lag * lag * along).eval();
 }
 
 // The normal without the creep, not of unit length; NaN for one that is NaN. The first normal of a contact, and the first one after the

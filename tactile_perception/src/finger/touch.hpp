@@ -21,8 +21,9 @@ struct Touch {
     std::int64_t id = 0;                                                               // constant while the contact lasts, from 1 on
     Eigen::Vector3d position = Eigen::Vector3d::Constant(UNKNOWN), normal = position;  // m; unit vector
     double force = UNKNOWN, depth = UNKNOWN;                                           // N, m; NaN where not calibrated
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Constant(UNKNOWN);                   // of the position, m^2
+    Eigen::Matrix3d position_covariance = Eigen::Matrix3d::Constant(UNKNOWN);          // m^2
     int flags = 0;                                                                     // sum of Flags
+    TACTILE_FIELDS(id, position, normal, force, depth, position_covariance, flags)
 };
 
 // The mean of the samples of a contact.

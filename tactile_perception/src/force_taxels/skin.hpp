@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/fields.hpp"
+
 namespace tactile::force_taxels {
 
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -37,12 +39,14 @@ struct Touch {
     Eigen::Vector3d positions = Eigen::Vector3d::Zero();           // m, sum
     Eigen::Vector3d squares = Eigen::Vector3d::Zero();             // m^2, sums of xx, xy and yy
     std::vector<double> outline;                                   // (M, 3) m, convex hull of its cells seen along the normal
+    TACTILE_FIELDS(label, count, position, normal, force, covariance, normals, positions, squares, outline)
 };
 
 struct Touches {
     std::vector<Touch> each;
     Touch all;                         // of all taxels that touch
     std::vector<std::int64_t> labels;  // (N), 0 outside
+    TACTILE_FIELDS(each, all, labels)
 };
 
 class Skin {

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/fields.hpp"
+
 namespace tactile::force_taxels {
 
 // What decides, each with its unit and origin.
@@ -31,6 +33,8 @@ struct SlipLimits {
     double texture_s = 0.1;           // s, over which the ratios of one slip are not independent
     double forgotten = 0.5;           // probability that a new touch is of another object
     double outlier = 1e-3;            // likelihood of what fits no mode, so that one taxel decides nothing
+    TACTILE_FIELDS(changes, stops, same, creep, texture, unchanged, load_s, steady_s, median, factor, uneven, skewed, texture_s, forgotten,
+                   outlier)
 };
 
 // Force vectors of one frame, (N, 3) each: two tangential components and the pressing one.

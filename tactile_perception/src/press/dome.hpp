@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "common/fields.hpp"
 #include "common/rows.hpp"
 
 namespace tactile {
@@ -23,6 +24,7 @@ using Points = Rows3;
 /// depth, m; grading of depths; radius of the middle tip, m, and spread of its log.
 struct DomePlan {
     double curvature = 0, centre_z = 0, disc_scale = 0, reach = 0, depth = 0, power = 0, radius = 0, radius_spread = 0;
+    TACTILE_FIELDS(curvature, centre_z, disc_scale, reach, depth, power, radius, radius_spread)
 };
 
 /// Coefficients of presses over modes, and the modes: even (mirror symmetric to the meridian plane) and odd.
@@ -40,12 +42,14 @@ struct DomeLibrary : DomePlan {
 /// parameters of the press; on the axis the direction of the meridian has none. A point that is NaN does not move.
 Eigen::MatrixXd press_dome(const DomeLibrary& library, const Points& points, const Eigen::Matrix<double, PRESS, 1>& press, Points& moved);
 
+using DomePresses = Rows<PRESS>;
 constexpr int MAX_DOME_PRESSES = 2;  // of one fit
 
 /// The undeformed markers: positions on the dome (K, 3), NaN where unknown, and their cameras' centres (K, 3); height of the viewing plane.
 struct DomeMarkers {
     Points points, camera_centres;
     double plane_z = 0;
+    TACTILE_FIELDS(points, camera_centres, plane_z)
 };
 
 /// The measurements of a frame: apparent displacements in the viewing plane (K, 2) and their weights (K), 0 for hidden markers. The outer
@@ -54,23 +58,26 @@ struct DomeFrame {
     Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> shift;
     Eigen::VectorXd weight;
     Eigen::MatrixXd shared;
+    TACTILE_FIELDS(shift, weight, shared)
 };
 
 /// Prior of each parameter of a press: mean, weight (one over variance), range, and maximum step.
 struct PressPrior {
     using Numbers = Eigen::Matrix<double, PRESS, 1>;
     Numbers mean = Numbers::Zero(), weight = mean, lowest = mean, highest = mean, longest = mean;
+    TACTILE_FIELDS(mean, weight, lowest, highest, longest)
 };
 
 /// Presses that explain a frame.
 struct DomeFit {
-    Eigen::VectorXd presses;     // (n PRESS)
+    DomePresses presses;
     Eigen::MatrixXd covariance;  // (n PRESS, n PRESS); NaN where the markers do not determine it
     Eigen::MatrixXd residual;    // (K, 2); 0 for hidden markers
+    TACTILE_FIELDS(presses, covariance, residual)
 };
 
-/// Fits presses to a frame, from starts (n PRESS).
-DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const Eigen::VectorXd& starts,
-                 const PressPrior& prior);
+/// Fits presses to a frame, from starts.
+DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const PressPrior& prior,
+                 const DomePresses& starts);
 
 }  // namespace tactile

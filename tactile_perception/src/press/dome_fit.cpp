@@ -91,13 +91,14 @@ class DomeProblem {
 
 }  // namespace
 
-DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const Eigen::VectorXd& starts,
-                 const PressPrior& prior) {
-    DomeProblem problem(library, markers, frame, prior, starts.size() / PRESS);
-    const State start = starts.cwiseMax(problem.bounds->lowest).cwiseMin(problem.bounds->highest);
+DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const PressPrior& prior,
+                 const DomePresses& starts) {
+    DomeProblem problem(library, markers, frame, prior, starts.rows());
+    const State start = State::Map(starts.data(), starts.size()).cwiseMax(problem.bounds->lowest).cwiseMin(problem.bounds->highest);
     auto [at, last] = minimise(problem, start, MAX_STEPS, FIRST_DAMPING);
     for (int axis = 0; axis < 2; ++axis) at.residual.col(axis) -= at.slopes[axis] * last;
-    return {at.state + last, at.covariance(), at.residual};
+    const State found = at.state + last;
+    return {DomePresses::Map(found.data(), starts.rows(), PRESS), at.covariance(), at.residual};
 }
 
 }  // namespace tactile

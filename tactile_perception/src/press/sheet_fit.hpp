@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 
+#include "common/fields.hpp"
 #include "common/rows.hpp"
 #include "press/sheet_library.hpp"
 
@@ -22,18 +23,21 @@ struct SheetMarkers {
     Rows2 rest;
     Rows3 camera_centre;
     double radius = 0, near = 0;
+    TACTILE_FIELDS(rest, camera_centre, radius, near)
 };
 
 /// The measurements of a frame: value (N, 3) shift, m, and growth, NaN where unknown; motion (N, 3) of value since the last frame, of the
 /// markers that a second camera sees at another time, 0 for the others.
 struct SheetFrame {
     Rows3 value, motion;
+    TACTILE_FIELDS(value, motion)
 };
 
 /// Standard deviations: shift, m, and growth of an untouched marker; model error over a marker's displacement (growth 1/m), and over the
 /// depth of the press (growth 1/m).
 struct MarkerNoise {
     double shift = 0, growth = 0, share_shift = 0, share_growth = 0, depth_shift = 0, depth_growth = 0;
+    TACTILE_FIELDS(shift, growth, share_shift, share_growth, depth_shift, depth_growth)
 };
 
 /// Prior of the presses: mean and standard deviation of the log of the tip's radius over the middle one; drags: whether the drags are
@@ -41,6 +45,7 @@ struct MarkerNoise {
 struct SheetPrior {
     double log_radius = 0, sigma = 0.15;
     bool drags = false;
+    TACTILE_FIELDS(log_radius, sigma, drags)
 };
 
 /// Presses that explain a frame.
@@ -50,6 +55,7 @@ struct SheetFit {
     Eigen::MatrixXd covariance;  // (S, S) of the presses' parameters and, of two, of that factor; 0 of known ones
     double misfit, expected;     // mean squared residual, normalised without the model error of drags, and its expectation with it
     Rows9 wrenches;              // of each press
+    TACTILE_FIELDS(presses, interaction, covariance, misfit, expected, wrenches)
 };
 
 /// Fits presses to a frame, from start.
@@ -60,6 +66,7 @@ SheetFit fit_presses(const SheetTable& table, const SheetMarkers& markers, const
 struct ShownMarkers {
     Rows3 value;
     Rows9 shape;
+    TACTILE_FIELDS(value, shape)
 };
 ShownMarkers show_presses(const SheetTable& table, const SheetMarkers& markers, const Rows6& presses, double interaction);
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "common/weighted_rows.hpp"
 
 namespace tactile {
@@ -31,6 +32,7 @@ struct SheetPlan {
     Eigen::Vector2d half = Eigen::Vector2d::Zero(), reach = half;
     double scale = 0, depth = 0, spread = 0, power = 0, widening = 0;
     std::ptrdiff_t n = 0, order = 0, levels = 0;
+    TACTILE_FIELDS(half, reach, scale, depth, spread, power, widening, n, order, levels)
 };
 
 /// A table of presses; see press/sheet/library.py. Class 2 a + b holds what is odd along x (a) and odd along y (b).

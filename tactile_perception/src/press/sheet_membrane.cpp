@@ -218,9 +218,9 @@ class Press {
     }
 
     void add_membrane(std::ptrdiff_t point, const ElementField& u, ElementField& force, Products (*stiffness)[3]) {
-        const double* slope = sheet_.slope + point * 2 * SPLINES;
+        const double* slope = sheet_.slope.data() + point * 2 * SPLINES;
         const Eigen::Map<const Values> by[2] = {Eigen::Map<const Values>(slope), Eigen::Map<const Values>(slope + SPLINES)};
-        const Eigen::Map<const Values> laplacian(sheet_.laplacian + point * SPLINES);
+        const Eigen::Map<const Values> laplacian(sheet_.laplacian.data() + point * SPLINES);
         const double weight = sheet_.weight[point], bending = weight * load_.bending;
         const Membrane at(Vector::UnitX() + u.transpose() * by[0], Vector::UnitY() + u.transpose() * by[1], squeeze_);
         force += weight * (by[0] * at.stress[0].transpose() + by[1] * at.stress[1].transpose());
@@ -239,7 +239,7 @@ class Press {
 
     // Returns the pressure times area.
     double add_contact(std::ptrdiff_t point, const ElementField& u, const Vector& tip, ElementField& force, Products (*stiffness)[3]) {
-        const Eigen::Map<const Values> value(sheet_.value + point * SPLINES);
+        const Eigen::Map<const Values> value(sheet_.value.data() + point * SPLINES);
         const double weight = sheet_.weight[point];
         const Vector arm = Vector(sheet_.rest[2 * point], sheet_.rest[2 * point + 1], 0.0) - tip + u.transpose() * value;
         Touch touch;
@@ -288,14 +288,15 @@ class Press {
 
 }  // namespace
 
-void press_sheet(const SheetElements& sheet, const SheetLoad& load, const double* depths, std::ptrdiff_t count, double* fields,
-                 double* wrenches) {
+PressedSheets press_sheet(const SheetElements& sheet, const SheetLoad& load, const std::vector<double>& depths) {
     Press press(sheet, load);
-    for (std::ptrdiff_t k = 0; k < count && press.reach(depths[k], load.slides ? MAX_SLIDING_HALVINGS : MAX_HALVINGS); ++k) {
-        const std::vector<double>& field = press.displacement();
-        std::copy(field.begin(), field.end(), fields + k * static_cast<std::ptrdiff_t>(field.size()));
-        std::copy(press.wrench(), press.wrench() + PRESS_WRENCH, wrenches + PRESS_WRENCH * k);
+    const std::size_t size = press.displacement().size();
+    PressedSheets found{std::vector<double>(depths.size() * size, NAN), std::vector<double>(depths.size() * PRESS_WRENCH, NAN)};
+    for (std::size_t k = 0; k < depths.size() && press.reach(depths[k], load.slides ? MAX_SLIDING_HALVINGS : MAX_HALVINGS); ++k) {
+        std::copy_n(press.displacement().data(), size, &found.fields[k * size]);
+        std::copy_n(press.wrench(), PRESS_WRENCH, &found.wrenches[k * PRESS_WRENCH]);
     }
+    return found;
 }
 
 }  // namespace tactile

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "taxel/region.hpp"
 #include "taxel/tracker.hpp"
 
@@ -17,6 +18,7 @@ struct Observation {
     Regions regions;
     std::vector<float> surface;          // (rows, columns) pressure without the part that traction causes
     std::optional<ObjectMotion> motion;  // none where nothing touches
+    TACTILE_FIELDS(regions, surface, motion)
 };
 
 class Mechanics {
@@ -30,6 +32,7 @@ class Mechanics {
     Observation process(const float* pressure, double sigma, const std::uint8_t* full, double stamp, bool can_roll);
 
     MotionTracker tracker;
+    TACTILE_FIELDS(tracker)
 
  private:
     bool known_;

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/fields.hpp"
+
 namespace tactile::taxel {
 
 constexpr double LEVEL = 0.5;  // score at the border of a contact
@@ -59,6 +61,7 @@ struct Region {
     double force = 0;                                      // sum of pressure over them and those around, times the area of a taxel
     float peak = 0;                                        // largest pressure there
     bool at_edge = false, saturated = false;               // whether any of its taxels is at the array's border, is saturated
+    TACTILE_FIELDS(label, outlines, holes, count, force, peak, at_edge, saturated)
 };
 
 // Regions, largest first. labels: (rows, columns), 0 outside; near: the same with the taxels around.
@@ -68,6 +71,7 @@ struct Regions {
     std::vector<std::uint8_t> touched;  // (rows, columns), in contact; of a broken image also what is in no region
     std::ptrdiff_t rows, columns;
     bool broken = false;  // more than most
+    TACTILE_FIELDS(all, labels, near, touched, broken)
 };
 
 // Regions where score (rows, columns) exceeds the level, with their share of pressure; full: taxels that are saturated.

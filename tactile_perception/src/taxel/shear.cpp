@@ -61,11 +61,17 @@ class Field {
     std::vector<float> values_;
 };
 
+// What presses on the pad: images of what touches and of pressure; limit: displacement over pressure up to which friction holds.
+struct Pressed {
+    const std::uint8_t* touched;
+    const float* pressure;
+    double limit;
+};
+
 // The box of a contact with what the relaxation needs there.
 class Contact {
  public:
-    Contact(const ShearPad& pad, const Box& box, const float* drag, const std::uint8_t* touched, const float* pressure, const Shift& shift,
-            double limit)
+    Contact(const ShearPad& pad, const Box& box, const float* drag, const Pressed& load, const Shift& shift)
         : rows_(box.rows()),
           columns_(box.columns()),
           coupling_(static_cast<float>(COUPLED * pad.thickness * pad.thickness)),
@@ -76,7 +82,7 @@ class Contact {
         constexpr auto ON_TOP = static_cast<float>(2 * FLATTENED / (SHARPENED * SHARPENED));
         std::vector<float> smooth(rows_ * columns_);
         for (std::ptrdiff_t r = 0; r < rows_; ++r)
-            std::copy_n(pressure + (box.top + r) * pad.columns + box.left, columns_, &smooth[r * columns_]);
+            std::copy_n(load.pressure + (box.top + r) * pad.columns + box.left, columns_, &smooth[r * columns_]);
         const std::vector<float> seen = smooth;
         blur(smooth, rows_, columns_, SHARPENED * pad.thickness, Outside::replicated);
         const std::ptrdiff_t plane = pad.rows * pad.columns;
@@ -85,11 +91,11 @@ class Contact {
             for (std::ptrdiff_t c = 0; c < columns_; ++c) {
                 const std::ptrdiff_t k = r * columns_ + c, at = (box.top + r) * pad.columns + box.left + c;
                 const double x = pad.pitch * (static_cast<double>(box.left + c) - 0.5 * static_cast<double>(pad.columns - 1));
-                const bool here = touched[at] != 0;
+                const bool here = load.touched[at] != 0;
                 carried_[0].at(r, c) = drag[at] + (here ? static_cast<float>(shift.x - shift.turn * y) : 0);
                 carried_[1].at(r, c) = drag[plane + at] + (here ? static_cast<float>(shift.y + shift.turn * x) : 0);
                 const float top = seen[k] + ON_TOP * (seen[k] - smooth[k]);
-                limit_.at(r, c) = here ? std::max(top, 0.0f) * static_cast<float>(limit) : 0;
+                limit_.at(r, c) = here ? std::max(top, 0.0f) * static_cast<float>(load.limit) : 0;
             }
         }
         for (int axis : {0, 1}) drag_[axis] = carried_[axis];
@@ -191,7 +197,7 @@ std::vector<float> SurfaceShear::move(const std::uint8_t* touched, const float* 
     const Box inside = box_around(touched, pad_.rows, pad_.columns);
     if (inside.rows() > 0) {
         const Box box = inside.grown(std::max<std::ptrdiff_t>(1, std::lround(pad_.thickness)), pad_.rows, pad_.columns);
-        Contact contact(pad_, box, drag_.data(), touched, pressure, shift, pad_.friction / pad_.stiffness);
+        Contact contact(pad_, box, drag_.data(), {touched, pressure, pad_.friction / pad_.stiffness}, shift);
         contact.relax();
         const std::ptrdiff_t length = box.columns() / 2 + 1;
         std::vector<float> half(6 * length);

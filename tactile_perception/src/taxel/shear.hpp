@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/fields.hpp"
+
 namespace tactile::taxel {
 
 // A pad on an array of rows by columns taxels.
@@ -16,6 +18,7 @@ struct ShearPad {
     double thickness;  // taxels
     double stiffness;  // Pa/m, traction over tangential displacement of the surface
     double friction;   // coefficient between pad and object
+    TACTILE_FIELDS(rows, columns, pitch, thickness, stiffness, friction)
 };
 
 constexpr double SURROUNDINGS = 2.5;  // thicknesses around a contact that show its pressure: beyond the spread of what traction causes

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "taxel/motion.hpp"
 #include "taxel/roll.hpp"
 #include "taxel/shear.hpp"
@@ -37,6 +38,7 @@ struct MotionLimits {
     // Rolling
     double traction = 0.04;  // 1/taxel, noise: traction over pressure that a picture that changes while it moves seems to show
     double curved = 0.03;    // 1, noise: of the variance of pressure over that of the area, along a motion
+    TACTILE_FIELDS(edge, key_moved, load_s, load_change, bound, begins, creep, lag, traction, curved)
 };
 
 // Motion of the object in one frame, at the sensor's origin; NaN where unknown.
@@ -51,6 +53,7 @@ struct ObjectMotion {
     // Of step and step_turn, and of linear and turn. The picture's motion that is attributed to traction or to a change of load may be the
     // object's: the standard deviation along it is all of it, besides the noise of the registration.
     Eigen::Matrix3d step_covariance, velocity_covariance;
+    TACTILE_FIELDS(linear, turn, slipping, step, step_turn, unseen, step_covariance, velocity_covariance)
 };
 
 // An image of the pressure on the pad (rows, columns), and what touches.
@@ -71,6 +74,7 @@ class MotionTracker {
     ObjectMotion process(const PressedPad& frame, double stamp, bool can_roll);
 
     SurfaceShear shear;
+    TACTILE_FIELDS(shear, lead)
     std::vector<float> traction_pressure;            // (rows, columns) Pa, that the traction causes under the pad
     Eigen::Vector2d lead = Eigen::Vector2d::Zero();  // m, by which that moves the border of the picture
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "touchpad/membrane.hpp"
 
 namespace tactile {
@@ -18,6 +19,7 @@ struct BorderNetwork {
     static constexpr std::ptrdiff_t FIRST = 48, SECOND = 16;                   // units of the hidden layers
     std::vector<float> weights_1, biases_1, weights_2, biases_2, weights_3;
     float bias_3 = 0;
+    TACTILE_FIELDS(weights_1, biases_1, weights_2, biases_2, weights_3, bias_3)
 };
 
 /// Scores (K) of the dots: half of a dot's distance from the border, in pitches, plus 1/2. It is 0 from a pitch outside on, 1 from a pitch
@@ -33,6 +35,7 @@ constexpr int FULL_WEIGHT_STEPS = 2, ZERO_WEIGHT_STEPS = 6;
 // the dots at the edge and the free dots around it, but hardly change the sum. wrench: N and N m, at the origin.
 struct ContactForces {
     std::vector<double> force, wrench;
+    TACTILE_FIELDS(force, wrench)
 };
 
 ContactForces contact_forces(const DotLoads& loads, Grid grid);

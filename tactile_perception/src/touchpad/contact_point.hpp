@@ -4,10 +4,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 #include "common/dot_surface.hpp"
+#include "common/fields.hpp"
 
 namespace tactile {
 
@@ -15,6 +17,7 @@ namespace tactile {
 struct RegionShape {
     Eigen::Vector3d centroid, normal;
     double area = 0, pitch = 1, sigma = 0;
+    TACTILE_FIELDS(centroid, normal, area, pitch, sigma)
 };
 
 /// The points of a region's polygons: see Loops.
@@ -29,6 +32,8 @@ struct ContactPosition {
     Eigen::Vector3d position;
     Eigen::Matrix3d covariance;
     Eigen::Vector3d normal;
+    double depth = NAN;  // m, of contact_depth
+    TACTILE_FIELDS(position, covariance, normal, depth)
 };
 
 /// Contact point on the surface wide (see dot_surface) of a region whose dots are at points (count, 3). The dots lie on the object. Along a
@@ -40,6 +45,7 @@ ContactPosition contact_point(const double* points, std::ptrdiff_t count, const 
 /// The undeformed surface: the upper half of a sphere around (0, 0, centre_z), m.
 struct RestCap {
     double centre_z = 0, radius = 0;
+    TACTILE_FIELDS(centre_z, radius)
 };
 
 /// Maximum height of the undeformed surface over points (count, 3), m, by a quadratic fitted around the deepest one; NaN if no point is

@@ -208,17 +208,17 @@ struct Doubled {
 // scale: as of whole_frame; spread: standard deviation of r by other causes.
 Leaning scale_leaning(const Skin& skin, const MembraneState& state, const Doubled& doubled, double scale, double spread) {
     const Grid grid = skin.grid;
-    const double share = SCALE_STEP / scale, higher = state.pressure + share * doubled.lifted;
+    const double share = SCALE_STEP / scale, higher = state.fluid_pressure + share * doubled.lifted;
     std::vector<double> moved_there(state.xyz);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k)
         store(moved_there.data(), k, vec3_at(moved_there.data(), k) + share * doubled.moved[k] * vec3_at(doubled.rays, k));
-    const Balance here = find_balance(skin, state.xyz.data(), state.pressure), there = find_balance(skin, moved_there.data(), higher);
+    const Balance here = find_balance(skin, state.xyz.data(), state.fluid_pressure), there = find_balance(skin, moved_there.data(), higher);
     Leaning found{0, 0};
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
         double loaded = 0;
         around(grid, k, [&](std::ptrdiff_t j) { loaded += state.touched[j]; });
         if (!inner || !(loaded < MAX_FREE_LOAD)) return;
-        const Eigen::Vector3d pull = along_surface(skin, here, state.pressure, k),
+        const Eigen::Vector3d pull = along_surface(skin, here, state.fluid_pressure, k),
                    slope = 1 / SCALE_STEP * (along_surface(skin, there, higher, k) - pull);
         const double off = 1 + pull.squaredNorm() / (4 * spread * spread), weight = 1 / (off * off);
         found.curvature += weight * slope.squaredNorm();
@@ -427,7 +427,7 @@ const MembraneState& Membrane::solve(const SeenRanges& seen) {
     const bool fresh = state_.xyz.empty();
     const WholeFrame frame =
         whole_frame(skin_.grid, origin_, skin_.rest.data(), fresh ? skin_.rest.data() : state_.xyz.data(), seen, factor);
-    Solution found = Steps(model_, skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.pressure).run();
+    Solution found = Steps(model_, skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.fluid_pressure).run();
     MembraneState state{std::vector<double>(frame.rays.size()), std::move(found.ranges), std::move(found.touched), found.pressure,
                         frame.seen};
     for (std::ptrdiff_t k = 0; k < skin_.grid.size(); ++k)

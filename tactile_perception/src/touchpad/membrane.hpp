@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "common/vectors.hpp"
 #include "touchpad/membrane_forces.hpp"
 
@@ -22,12 +23,13 @@ struct SeenRanges {
     std::ptrdiff_t count;
 };
 
-/// All K dots in a frame, unseen ones interpolated: xyz (K, 3) and ranges (K), m; touched (K): probability of a load; pressure of the
-/// fluid, Pa; seen (K).
+/// All K dots in a frame, unseen ones interpolated: xyz (K, 3) and ranges (K), m; touched (K): probability of a load; fluid_pressure,
+/// Pa; seen (K).
 struct MembraneState {
     std::vector<double> xyz, ranges, touched;
-    double pressure = std::numeric_limits<double>::quiet_NaN();
+    double fluid_pressure = std::numeric_limits<double>::quiet_NaN();
     std::vector<std::uint8_t> seen;
+    TACTILE_FIELDS(xyz, ranges, touched, fluid_pressure, seen)
 };
 
 /// Loads of an object on all K dots: xyz (K, 3), m, and seen (K) as above; normal (K, 3), outward; force (K, 3), N; load (K): the object's
@@ -36,6 +38,7 @@ struct DotLoads {
     std::vector<double> xyz;
     std::vector<std::uint8_t> seen;
     std::vector<double> normal, force, load;
+    TACTILE_FIELDS(xyz, seen, normal, force, load)
 };
 
 /// Constants of the positions and loads of dots. docs/constants.md has the effect of halving and doubling them.
@@ -51,6 +54,7 @@ struct MembraneModel {
     double smoothed = 18.0;    // factor by which the balance around a dot reduces the variance of its load due to range errors
     double residual = 0.2;     // standard deviation of a free dot's tangential residual over the pressure, apart from the scale error
     double correlated = 50.0;  // number of dots and frames over which that residual is correlated
+    TACTILE_FIELDS(misfit, touched, lighter, heavier, coupling, evidence, most, tail, smoothed, residual, correlated)
 };
 
 /// Estimates positions and loads of the dots of a touchpad, frame by frame.

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/fields.hpp"
+
 namespace tactile {
 
 /// A grid of dots, numbered row by row.
@@ -52,6 +54,7 @@ void beside(Grid grid, std::ptrdiff_t k, Visit visit) {
 /// A membrane of shear stiffness, N/m, whose area term has the share area_share, over a fluid of this pressure, Pa, at rest.
 struct MembraneMaterial {
     double stiffness, area_share, pressure;
+    TACTILE_FIELDS(stiffness, area_share, pressure)
 };
 
 /// An undeformed membrane. rest (K, 3): positions of the dots, m. triangles (rows - 1, 16, padded_cells): for each of the four triangles of

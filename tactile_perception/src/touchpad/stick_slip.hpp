@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/fields.hpp"
 #include "touchpad/membrane.hpp"
 
 namespace tactile {
@@ -33,6 +34,7 @@ struct StickSlipModel {
     double aim = 0.3;              // rad, standard deviation of the angle between a slipping dot's lag and its drag: load errors at edges
     double rate = 0.5;             // 1/s, of changes from one mode to the next
     double share = 2.0;            // number of neighbouring dots with common loads and creep, which count as one
+    TACTILE_FIELDS(depth_noise, strain, creep, slip, drift, acceleration, friction, friction_spread, friction_noise, aim, rate, share)
 };
 
 using Twist = Eigen::Matrix<double, 6, 1>;
@@ -49,6 +51,7 @@ struct TouchingObject {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     double friction = 0, friction_variance = 0, adrift = 0, drift = 0;
     std::ptrdiff_t count = 0;
+    TACTILE_FIELDS(count, odds, slipping)
     bool slides() const { return odds[SLIDING] > 0.5; }
     /// The twist of the likeliest mode in which dots stick to it; NaN if these are too few.
     Twist held_twist() const;

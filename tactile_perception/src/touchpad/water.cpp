@@ -124,7 +124,9 @@ double patchiness(const RingSums& sums, const std::array<int, RING_POINTS>& keep
 
 }  // namespace
 
-RingColours ring_colours(const ColourImage& image, const double* centres, std::ptrdiff_t count, double radius, double ink, double glare) {
+RingColours ring_colours(const Array<std::uint8_t>& pixels, const Array<double>& centres, double radius, double ink, double glare) {
+    const ColourImage image{pixels, pixels.length(0), pixels.length(1)};
+    const std::ptrdiff_t count = centres.length();
     RingColours found{std::vector<double>(2 * count, NONE), std::vector<double>(count, NONE), std::vector<std::int64_t>(count, 0),
                       std::vector<double>(count, 0)};
     OnRing cosine, sine;

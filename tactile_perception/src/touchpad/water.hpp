@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/array.hpp"
+#include "common/fields.hpp"
 #include "common/rows.hpp"
 #include "common/vectors.hpp"
 #include "dots/image.hpp"
@@ -58,11 +59,12 @@ struct RingColours {
     std::vector<double> brightness;   // N: ln(red), red in grey levels
     std::vector<std::int64_t> count;  // N: ring points used, of 16
     std::vector<double> patchiness;   // N: relative variance of blue / red around the ring without its mean and first harmonic
+    TACTILE_FIELDS(ratios, brightness, count, patchiness)
 };
 
-/// Returns the colours on rings of the given radius, px, around N dots with centres u, v, u, v, ... in px. A point with blue below or above
+/// Returns the colours on rings of the given radius, px, around N dots with centres (N, 2), px, in an image (rows, columns, 3). A point with blue below or above
 /// the shares ink and glare of its ring's upper quartile is left out (white light raises blue, the weakest channel in red water, first).
-RingColours ring_colours(const ColourImage& image, const double* centres, std::ptrdiff_t count, double radius, double ink, double glare);
+RingColours ring_colours(const Array<std::uint8_t>& image, const Array<double>& centres, double radius, double ink, double glare);
 
 /// The colour of the water: the ratios blue/red and green/red are exp(constant - absorption * length), and the covariance of their
 /// logarithms is noise. disagree: standard deviations between the two ratios above which that of the length is increased; patchy: noise
@@ -71,6 +73,7 @@ struct WaterColour {
     Eigen::Vector2d constants, absorptions;
     Eigen::Vector4d noise;
     double disagree = 0, patchy = 0;
+    TACTILE_FIELDS(constants, absorptions, noise, disagree, patchy)
 };
 
 /// What is measured at N dots.
@@ -80,17 +83,20 @@ struct DotColours {
     Eigen::VectorXd patchiness;            ///< of ring_colours
     Eigen::VectorXd excess, excess_sigma;  ///< ln of the red light over that expected without glare, NaN where unknown; its deviation
     Rows2 colour;                          ///< blue/red and green/red of glare over those of the scattered light
+    TACTILE_FIELDS(ratios, count, patchiness, excess, excess_sigma, colour)
 };
 
 /// Glare: light that the skin reflects like a mirror. Its share is its red light over the scattered red light.
 struct Glare {
     double probability = 0;  // of a dot to have glare, before it is measured
     double size = 0;         // standard deviation of the shares
+    TACTILE_FIELDS(probability, size)
 };
 
 /// Path lengths (N) and their standard deviations (N), m. Dots whose excess or colour is unknown count as free of glare.
 struct WaterLengths {
     std::vector<double> lengths, sigma;
+    TACTILE_FIELDS(lengths, sigma)
 };
 
 WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const DotColours& seen);
@@ -101,11 +107,13 @@ struct SeenDots {
     Rows3 rays;                   ///< unit, from the camera's centre
     Eigen::VectorXd rest_ranges;  ///< m, untouched
     Rows3 rest_normals;           ///< unit, outward
+    TACTILE_FIELDS(id, rays, rest_ranges, rest_normals)
 };
 
 /// Ranges of dots, and the derivatives of the light's path length by the range.
 struct WaterRanges {
     std::vector<double> ranges, slopes;  // N, m; N
+    TACTILE_FIELDS(ranges, slopes)
 };
 
 /// Returns the ranges at which the light's paths have the given lengths (N), m. A length is the mean over a ring around the dot; its radius

@@ -179,9 +179,9 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5) 
     Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and 1, so that the border is independent of the pressure of an
     edge. Regions at the pattern's border are closed half a pitch outside the last dots.
     """
-    vertices, start, region, points, moments, pitch = _core.common.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=1.0,
-                                                                        refine=REFINE)
-    return grouped(vertices, points, start, region), [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in moments], pitch
+    found = _core.common.find_outlines(fill_unseen(score), surface.wide, level, REFINE)
+    moments = [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in found.moments]
+    return grouped(found.vertices, found.points, found.start, found.region), moments, found.pitch
 
 
 def grouped(vertices: np.ndarray, points: np.ndarray, start: np.ndarray, region: np.ndarray) -> list[Outline]:

@@ -310,8 +310,9 @@ def find_peaks(grey: np.ndarray, signs: tuple[int, ...], diameter: float, limit:
     inner, outer = (cv2.GaussianBlur(small, (0, 0), s * across, borderType=cv2.BORDER_REFLECT) for s in (0.28, 0.5))
     relief, reach, found = inner - outer, max(1, int(0.4 * across)), {}
     for sign in signs:
-        discs = _core.dots.find_discs(small, relief, *_template(round(across, 2)), sign, int(np.ceil(across / 2)), reach, limit / 4, limit,
-                                      CORRELATIONS[0] / 2, _MAX_PEAKS)
+        search = _core.dots.DiscSearch(sign=sign, margin=int(np.ceil(across / 2)), reach=reach, height=limit / 4, contrast=limit,
+                                       correlation=CORRELATIONS[0] / 2, most=_MAX_PEAKS)
+        discs = _core.dots.find_discs(small, relief, *_template(round(across, 2)), search)
         found[sign] = Peaks((discs[:, :2] + 0.5) / scale - 0.5, sign * discs[:, 2], sign * discs[:, 3], discs[:, 4],
                             np.full(len(discs), diameter))
     return found

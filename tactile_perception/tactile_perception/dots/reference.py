@@ -202,8 +202,9 @@ class _Contact:
 
     def judge(self, id: np.ndarray, uv: np.ndarray, duv: np.ndarray, sigma: np.ndarray, stamp_s: float) -> bool:
         """Whether dots id (N,) at uv (N, 2), displaced by duv (N, 2) px, NaN: unknown, are touched; sigma: (N,) px."""
-        moved, size = _core.dots.deviation(uv, duv, sigma)
-        if not moved:
+        found = _core.dots.deviation(uv, duv, sigma)
+        size = found.size
+        if not found.is_touched:
             self.forget()
             return False
         self._largest = max(self._largest, size)

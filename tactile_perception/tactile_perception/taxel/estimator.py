@@ -199,7 +199,8 @@ class TaxelEstimator:
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response)
         self._dead = DeadTaxels(array.dead(settings.dead))
         self.baseline = Baseline(settings.reference_frames, settings.time_constant,
-                                 None if settings.response.zero is None else np.float32(settings.response.zero), settings.zeroed)
+                                 np.zeros((0, 0), np.float32) if settings.response.zero is None else np.float32(settings.response.zero),
+                                 settings.zeroed)
         self._hysteresis, self._tracker = Hysteresis(settings.response.loop), ContactTracker()
         self._stamp_s: float | None = None
         self.grasped = GraspedObject()

@@ -131,12 +131,13 @@ class MembraneMethod:
             raise BadFrame('the 3D positions of all dots are collinear; check the camera, or take a new reference')
         seconds = stamp_s - self._stamp_s if stamp_s > self._stamp_s else 0.0
         loads = self._membrane.core.loads(ids, xyz)
-        score = border_network().scores(loads, rows=self._shape[0], columns=self._shape[1], pitch=self._pitch)
+        score = border_network().scores(loads, *self._shape, self._pitch)
         state = self._dots.update(loads, score, seconds)
         self._stamp_s = stamp_s
         force, wrench = np.zeros((len(state), 3)), np.zeros(6)
         if state.any():
-            force, wrench = _core.touchpad.contact_forces(loads, rows=self._shape[0], columns=self._shape[1])
+            found = _core.touchpad.contact_forces(loads, *self._shape)
+            force, wrench = found.force, found.wrench
         motion = self._motion(ids, xyz, state)
         return DotClassification(
             state[ids], score[ids], wrench, self._dots.displacements().take(ids, axis=0), AllDots(loads.xyz, score, state, force),

@@ -188,8 +188,8 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> RegionContact:
                                        sigma=dots.sigma)
     rest = _core.touchpad.RestCap(centre_z=cap.centre_z, radius=cap.curvature_radius)
     points = dots.xyz.compress(region.members, axis=0)
-    return RegionContact(*_core.touchpad.contact_point(points, *joined(region.outline.loops), region.surface.wide, shape, rest),
-                         _normal_force(dots, region))
+    found = _core.touchpad.contact_point(points, *joined(region.outline.loops), region.surface.wide, shape, rest)
+    return RegionContact(found.position, found.covariance, found.normal, found.depth, _normal_force(dots, region))
 
 
 def _normal_force(dots: ContactDots, region: Region) -> float:

@@ -145,7 +145,8 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
     image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on glare or outside the image are not used. Ratios
     are NaN if less than a quarter of the points remain or a channel is dark. Raises BadFrame for a wrong image.
     """
-    return RingColours(*ring_colours(check_image(image), np.asarray(uv, float), float(radius), ink=LIMITS.ink, glare=LIMITS.glare))
+    found = ring_colours(check_image(image), np.asarray(uv, float), float(radius), ink=LIMITS.ink, glare=LIMITS.glare)
+    return RingColours(found.ratios, found.brightness, found.count, found.patchiness)
 
 
 class Background(NamedTuple):
@@ -402,8 +403,8 @@ class WaterModel:
         """
         length, sigma = self.measure_lengths(colours, glare)
         dots = _core.touchpad.SeenDots(id=tracks.id, rays=rays, rest_ranges=rest.ranges, rest_normals=rest.normals)
-        ranges, slope = water_ranges(self.path.numbers, length, dots, shape=(tracks.rows, tracks.columns), ring_share=self.ring_share)
-        return ranges, sigma / slope
+        found = water_ranges(self.path.numbers, dots, tracks.rows, tracks.columns, length, self.ring_share)
+        return found.ranges, sigma / found.slopes
 
     def measure_lengths(self, colours: RingColours, glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations (N,), m.
@@ -417,4 +418,5 @@ class WaterModel:
         constants, absorptions, noise = (np.ravel(np.asarray(one, float)) for one in (self.constants, self.absorptions, self.noise))
         water = _core.touchpad.WaterColour(constants=constants, absorptions=absorptions, noise=noise, disagree=LIMITS.disagree,
                                            patchy=LIMITS.patchy)
-        return water_lengths(seen, water, _core.touchpad.Glare(probability=LIMITS.probability, size=size))
+        found = water_lengths(seen, water, _core.touchpad.Glare(probability=LIMITS.probability, size=size))
+        return found.lengths, found.sigma

@@ -41,7 +41,8 @@ FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5
 SEEN = {'id': NUMBERS[NUMBERS % 5 > 0], 'xyz': DOTS[NUMBERS % 5 > 0] * 1.01}
 WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis=2)
 SCORE = {'score': np.pad(np.ones((3, 4)), ((1, 2), (2, 1))), 'wide': WIDE}
-PLACED, START, _, POINTS, *_ = _core.common.find_outlines(**SCORE, level=0.5, ceiling=1.0, refine=2)
+OUTLINED = _core.common.find_outlines(**SCORE, level=0.5, refine=2)
+START, POINTS = OUTLINED.start, OUTLINED.points
 AXES = {'sums': np.array([1.0, 0.1, 0.2, 3.0, 0.1, 2.0]), 'points': POINTS, 'start': START}
 PATCH = {'points': DOTS[NUMBERS % 7 < 4], 'border': POINTS, 'start': START, 'wide': WIDE}
 SHAPE = {'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
@@ -53,12 +54,12 @@ def membrane(rest=DOTS, origin=np.zeros(3)):
 
 
 def water_ranges(path, lengths, **dots):
-    return _core.touchpad.water_ranges(path, lengths, _core.touchpad.SeenDots(**dots), shape=(3, 4), ring_share=0.45)
+    return fields(_core.touchpad.water_ranges(path, _core.touchpad.SeenDots(**dots), 3, 4, lengths, 0.45))
 
 
 def water_lengths(water=WATER, glare=GLARE, **seen):
     seen, glare = _core.touchpad.SeenColours(**DYED | seen), _core.touchpad.Glare(**glare)
-    return _core.touchpad.water_lengths(seen, _core.touchpad.WaterColour(**water, disagree=2.5, patchy=2.5), glare)
+    return fields(_core.touchpad.water_lengths(seen, _core.touchpad.WaterColour(**water, disagree=2.5, patchy=2.5), glare))
 
 
 def camera(**given):
@@ -67,7 +68,7 @@ def camera(**given):
 
 def contact_point(centroid=SHAPE['centroid'], normal=SHAPE['normal'], **patch):
     shape = _core.touchpad.RegionShape(centroid=centroid, normal=normal, area=1e-5, pitch=1.3e-3, sigma=3e-5)
-    return _core.touchpad.contact_point(**PATCH | patch, region=shape, rest=_core.touchpad.RestCap(centre_z=-0.01, radius=0.02))
+    return fields(_core.touchpad.contact_point(**PATCH | patch, region=shape, rest=_core.touchpad.RestCap(centre_z=-0.01, radius=0.02)))
 
 
 def fields(found):
@@ -87,7 +88,7 @@ def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
 BETWEEN = {'points': np.ascontiguousarray(DOTS[:, :2]), 'queries': np.ascontiguousarray(DOTS[:5, :2] + 1e-4)}
 
 CALLS = {
-    'ring_colours': (lambda **a: _core.touchpad.ring_colours(**COLOURS | a, radius=8.0, ink=0.75, glare=1.2), COLOURS),
+    'ring_colours': (lambda **a: fields(_core.touchpad.ring_colours(**COLOURS | a, radius=8.0, ink=0.75, glare=1.2)), COLOURS),
     'path_lengths': (lambda **a: _core.touchpad.path_lengths(**LIGHT | a), LIGHT),
     'water_ranges': (lambda **a: water_ranges(**PAD | a), PAD),
     'water_lengths': (water_lengths, DYED),
@@ -99,12 +100,12 @@ CALLS = {
     'solve': (lambda **a: fields(membrane().solve(**FRAME | a)), FRAME),
     'loads': (lambda **a: fields(membrane().loads(**SEEN | a)), SEEN),
     'scores': (lambda **a: [border_network().scores(_core.touchpad.DotLoads(**LOADS | a), pitch=1.3e-3, **GRID)], LOADS),
-    'contact_forces': (lambda **a: _core.touchpad.contact_forces(_core.touchpad.DotLoads(**LOADS | a), **GRID), LOADS),
+    'contact_forces': (lambda **a: fields(_core.touchpad.contact_forces(_core.touchpad.DotLoads(**LOADS | a), **GRID)), LOADS),
     'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
     'nearest_points': (lambda **a: list(_core.common.nearest_points(**BETWEEN | a, count=3)), BETWEEN),
     'grid_normals': (lambda xyz=WIDE: [_core.common.grid_normals(xyz)], {'xyz': WIDE}),
     'extend_surface': (lambda xyz=WIDE: [_core.common.extend_surface(xyz)], {'xyz': WIDE}),
-    'find_outlines': (lambda **a: _core.common.find_outlines(**SCORE | a, level=0.5, ceiling=1.0, refine=2), SCORE),
+    'find_outlines': (lambda **a: fields(_core.common.find_outlines(**SCORE | a, level=0.5, refine=2)), SCORE),
     'region_axes': (lambda **a: [_core.common.region_axes(**AXES | a, pitch=1e-3)], AXES),
     'contact_point': (contact_point, PATCH | SHAPE),
 }

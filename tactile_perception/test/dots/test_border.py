@@ -41,7 +41,7 @@ CALLS = {
     'DotFinder': (call_finder, {'image': IMAGE, **TABLES}),
     'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'link_tracks': (lambda **arrays: arrays_of(dots.link_tracks(**TRACKS | arrays, size=(300.0, 200.0)), 'dot', 'position'), TRACKS),
-    'deviation': (lambda **arrays: list(dots.deviation(**MOVED | arrays)), MOVED),
+    'deviation': (lambda **arrays: arrays_of(dots.deviation(**MOVED | arrays), 'is_touched', 'size'), MOVED),
     'find_lattice': (lambda positions=UV: arrays_of(dots.find_lattice(positions), 'rc', 'member'), {'positions': UV}),
 }
 

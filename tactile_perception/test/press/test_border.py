@@ -58,7 +58,7 @@ def fit_sheet(fitted=None, start=START['start'], **arrays):
 
 
 def show(presses=PRESSES['presses'], shown=None, **arrays):
-    return (shown or table()).show(markers(**arrays), presses, 0.3)
+    return fields((shown or table()).show(markers(**arrays), presses, 0.3))
 
 
 def fit_dome(starts=np.zeros((1, 7)), prior=PRIOR, **arrays):
@@ -100,7 +100,7 @@ def test_a_table_of_numbers_out_of_range_is_refused_by_name(wrong):
 
 
 @pytest.mark.parametrize('one', [NOISE, LOAD, DOME_PLAN, press.PressPrior(**PRIOR), press.SheetFrame(**FRAME)])
-def test_structs_are_copied_by_the_protocol_of_pickle(one):
+def test_structs_are_copied(one):
     for other in (copy.copy(one), copy.deepcopy(one)):
         for name in dir(one):
             if not name.startswith('_'):

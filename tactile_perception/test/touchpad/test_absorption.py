@@ -111,7 +111,7 @@ def lengths_of(ratios, excess, sigma=0.02, probability=0.3, size=0.1, colour=(0.
                        excess=np.array([excess]), excess_sigma=np.array([sigma]), colour=np.array([colour], float))
     water = WaterColour(constants=CONSTANTS, absorptions=ABSORPTIONS, noise=NOISE.ravel(), disagree=2.5, patchy=2.5)
     found = water_lengths(seen, water, Glare(probability=probability, size=size))
-    return found[0][0], found[1][0]
+    return found.lengths[0], found.sigma[0]
 
 
 def mirrored(length, share, colour=(0.5, 0.6)):

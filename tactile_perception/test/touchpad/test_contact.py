@@ -84,7 +84,7 @@ def random_loads(seed):
 
 def scored(positions, normals, load):
     flat = np.ascontiguousarray(positions.reshape(-1, 3)), np.ascontiguousarray(normals.reshape(-1, 3)), np.ascontiguousarray(load.ravel())
-    loads = _core.touchpad.DotLoads(flat[0], np.ones(load.size, bool), flat[1], np.zeros_like(flat[0]), flat[2])
+    loads = _core.touchpad.DotLoads(xyz=flat[0], seen=np.ones(load.size, bool), normal=flat[1], force=np.zeros_like(flat[0]), load=flat[2])
     return border_network().scores(loads, rows=load.shape[0], columns=load.shape[1], pitch=PITCH).reshape(load.shape)
 
 

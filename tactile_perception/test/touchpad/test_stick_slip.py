@@ -44,7 +44,7 @@ class Face:
         force = np.outer(self.inside, [0, 0, -6e-3]) + np.outer(self.inside * 6e-3 * ratio, [1, 0, 0])
         force = force + self.rng.normal(size=force.shape) * [1e-3, 1e-3, 0]
         count = SIDE**2
-        return DotLoads(seen, np.ones(count, bool), np.tile([0, 0, 1.0], (count, 1)), force, self.score)
+        return DotLoads(xyz=seen, seen=np.ones(count, bool), normal=np.tile([0, 0, 1.0], (count, 1)), force=force, load=self.score)
 
 
 def test_the_noise_is_learnt_without_contact():

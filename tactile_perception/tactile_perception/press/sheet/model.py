@@ -117,8 +117,8 @@ def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, camera_c
     points. Also returns the displacement of the sheet there with its derivatives by x and y (N, 3, 3).
     """
     markers = _core.press.SheetMarkers(rest=rest, camera_centre=camera_centre, radius=radius, near=near)
-    value, sheet = library.table.show(markers, vectors(presses), mixed)
-    return value, sheet.reshape(-1, 3, 3)
+    shown = library.table.show(markers, vectors(presses), mixed)
+    return shown.value, shown.shape.reshape(-1, 3, 3)
 
 
 
