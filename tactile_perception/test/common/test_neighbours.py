@@ -23,6 +23,18 @@ def test_nearest_points_are_those_of_a_tree(points, queries, count):
     assert np.array_equal(index, expected[1])
 
 
+@pytest.mark.parametrize('points', [
+    np.stack([np.arange(60.0), np.zeros(60)], axis=1), np.zeros((9, 2)), np.stack(np.divmod(np.arange(49), 7), axis=1).astype(float),
+    np.concatenate([np.random.default_rng(0).normal(0, 1e-3, (40, 2)), [[1e4, -1e4]]])], ids=['line', 'all at one', 'grid', 'far one'])
+def test_nearest_distances_are_those_of_a_full_search_however_points_lie(points):
+    asked = np.concatenate([points, points + 0.3, [[1e6, 0]]])
+    distance, index = Neighbours(points).query(asked, 6)
+    every = np.hypot(*(asked[:, None] - points).transpose(2, 0, 1))
+    np.testing.assert_allclose(distance, np.sort(every, axis=1)[:, :6], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(np.take_along_axis(every, index, axis=1), distance, rtol=1e-12, atol=1e-12)
+    assert all(len(set(row)) == 6 for row in index.tolist())
+
+
 def test_normal_distribution_function():
     x = np.linspace(-8, 8, 99)
     assert normal_cdf(x) == pytest.approx(ndtr(x), abs=1e-15)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tactile_perception._core.dots import continuous
 from tactile_perception.common.dots import Dots
 from tactile_perception.core.errors import BadFrame
 from tactile_perception.dots.detect import DotDetector
@@ -45,6 +46,22 @@ def test_a_speck_that_leaves_its_neighbours_step_by_step_loses_its_number():
         assert (np.delete(id, 20) == np.delete(np.arange(48), 20)).all()
         assert id[20] == (20 if k <= 4 else -1)
     assert linker.lost > 0
+
+
+@pytest.mark.parametrize('stretch', [0.0, 0.2])
+def test_dots_that_jump_are_left_out_and_their_neighbours_are_not(stretch):
+    rng = np.random.default_rng(7)
+    first = 20.0 * np.stack(np.divmod(np.arange(80), 10), axis=1) + rng.normal(0, 1, (80, 2))
+    now = (1 + stretch) * first + [70, -30]  # all of them move, by more than their spacing
+    assert continuous(first, now).all()
+    jumping = np.array([0, 33, 34, 57])
+    now[jumping] += [[0, 15], [15, 0], [15, 0], [-11, -11]]
+    np.testing.assert_array_equal(np.flatnonzero(~continuous(first, now)), jumping)
+
+
+@pytest.mark.parametrize('count', [0, 1, 3])
+def test_a_few_dots_are_compared_with_none(count):
+    assert continuous(np.eye(3)[:count, :2], 1e3 * np.eye(3)[:count, 1:]).tolist() == [True] * count
 
 
 @pytest.mark.parametrize('is_cut', [False, True])
