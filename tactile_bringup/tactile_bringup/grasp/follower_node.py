@@ -27,7 +27,7 @@ from .gripper_node import GripperSensors
 from .objects import LIFT_HEIGHT, LIFT_S, READY, Disturbance, HeldObject
 
 POSE_TOPIC, LIFT_TOPIC = '/object_pose_broadcaster/pose', '/lift_controller/joint_trajectory'
-_QUEUE = 100  # messages: half a second of the controllers
+_QUEUE = 100  # messages: a second of the controllers
 _LOOK_S = 0.1  # between two looks whether the object is held
 
 

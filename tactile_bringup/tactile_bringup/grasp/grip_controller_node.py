@@ -5,11 +5,13 @@ that has the action GripperCommand or ParallelGripperCommand of control_msgs."""
 from __future__ import annotations
 
 import math
+import time
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
+from rclpy.task import Future
 from rosidl_runtime_py.utilities import get_action
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -29,6 +31,7 @@ from .controller import GripController, GripLimits, Phase, Reading, slip_probabi
 
 _CHANGE = 0.01  # relative change of the force that is worth a new goal
 _PERIOD_S = 0.02  # between two looks at the age of the sensor's last message
+_ANSWER_S = 0.5  # a controller answers a goal within some ms, or never: the first one may come before it has discovered its client
 _ACTIONS = ('control_msgs/action/GripperCommand', 'control_msgs/action/ParallelGripperCommand')
 _NO_GRIPPER = f'no gripper serves the action gripper_cmd, of a type {" or ".join(_ACTIONS)}; start its controller, or remap the action'
 
@@ -50,6 +53,7 @@ class GripControllerNode(LifecycleNode):
         self._contact_force, self._sent, self._wrench = math.nan, math.nan, None
         self._is_active, self._grasps_itself, self._inputs = False, self._settings['grasp'], []
         self._gripper: ActionClient | None = None
+        self._answer: Future | None = None  # of the gripper's controller, to the last goal
         self._output, self._friction, self._friction_error = (
             self.create_publisher(Float64, f'~/{name}', STREAM_QOS) for name in ('force', 'friction', 'friction_error'))
         self._own_services = [self.create_service(Trigger, f'~/{name}', serve)
@@ -118,6 +122,9 @@ class GripControllerNode(LifecycleNode):
     def _wait(self) -> None:
         if self._gripper is None:
             self._find_gripper()
+        elif self._answer is not None and not self._answer.done() and time.monotonic() > self._asked_s + _ANSWER_S:
+            self._answer.cancel()
+            self._command(*self._goal)
         self._control.wait(1e-9 * self.get_clock().now().nanoseconds)
 
     def _find_gripper(self) -> None:
@@ -139,7 +146,8 @@ class GripControllerNode(LifecycleNode):
             goal.command.position, goal.command.max_effort = position, force
         else:
             goal.command.position, goal.command.effort = [position], [force]
-        self._gripper.send_goal_async(goal)
+        self._goal, self._asked_s = (position, force), time.monotonic()
+        self._answer = self._gripper.send_goal_async(goal)
 
     def _send(self, force: float) -> None:
         """Command the gripper to close with a force, N; a change that is too small to matter is not sent."""

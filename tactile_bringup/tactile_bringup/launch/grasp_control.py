@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from launch import LaunchContext
+from launch.events.process import ProcessExited
 from launch_ros.actions import Node
 
 from tactile_driver.errors import BadArgument
@@ -24,7 +26,7 @@ _CONTROLLERS = {'joint_state_broadcaster': 'joint_state_broadcaster/JointStateBr
                 'object_pose_broadcaster': 'pose_broadcaster/PoseBroadcaster',
                 'gripper_controller': 'effort_controllers/GripperActionController',
                 'lift_controller': 'joint_trajectory_controller/JointTrajectoryController'}
-_RATE = 200  # Hz of the controllers: twice that of the array
+_RATE = 100  # Hz of the controllers: a frame of the array each; a period must be whole steps of the engine
 _STIFFNESS = 1000.0  # N/m of the gripper's controller: the force is limited, so that this acts only near the goal
 _MAX_FORCE = 40.0  # N, of each finger
 #: The force of the controller is its limit where the goal is farther away than this, m.
@@ -50,13 +52,20 @@ def ros2_control(held: HeldObject, pad: str, speed: float) -> RosControl:
     install, where a package is missing."""
     _check_packages()
     file = written('gripper_controllers.yaml', _controllers())
-    own = {'output': 'screen', 'on_exit': end_if_wrong}
-    nodes = [Node(package='mujoco_ros2_control', executable='ros2_control_node', parameters=[{'use_sim_time': True}, file],
-                  ros_arguments=['--log-level', 'gripper_controller:=warn'], **own),  # which else writes a line for each goal
-             Node(package='controller_manager', executable='spawner', arguments=[*_CONTROLLERS, '--param-file', file], **own)]
+    nodes = [Node(package='mujoco_ros2_control', executable='ros2_control_node', parameters=[{'use_sim_time': True}, file], output='screen',
+                  ros_arguments=['--log-level', 'gripper_controller:=warn'],  # which else writes a line for each goal
+                  on_exit=_end_without_simulator),
+             Node(package='controller_manager', executable='spawner', arguments=[*_CONTROLLERS, '--param-file', file], output='screen',
+                  on_exit=end_if_wrong)]
     model = written('gripper.xml', simulator_text(held, pad))
     return RosControl(nodes, _elements(model, speed), [('gripper_cmd', '/gripper_controller/gripper_cmd')],
                       {'closed_position': closing_width(held) + _BEYOND, 'open_position': 0.0})
+
+
+def _end_without_simulator(event: ProcessExited, context: LaunchContext) -> None:
+    """Raises BadArgument, with which launch fails, when the simulator has died."""
+    if not context.is_shutdown:
+        raise BadArgument(f'{event.process_name}: the simulator ended with exit code {event.returncode}, see its messages above')
 
 
 def _check_packages() -> None:

@@ -3,7 +3,8 @@
 """grip_controller: the commands that a gripper's controller gets, of the type and under the name that it serves."""
 import pytest
 from control_msgs import action
-from rclpy.action import ActionServer
+from rclpy.action import ActionClient, ActionServer
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from tactile_bringup.grasp.grip_controller_node import GripControllerNode
@@ -38,4 +39,28 @@ def test_a_gripper_of_either_type_is_closed_and_opened_under_a_name_of_its_own(b
     assert until(lambda: goals) and goals[-1] == pytest.approx((0.8, 1.5))
     assert ask('release') and until(lambda: len(goals) > 1)
     assert goals[-1] == pytest.approx((-0.1, 1.5))
+    server.destroy()
+
+
+def test_a_goal_that_is_not_answered_is_sent_again(bench, monkeypatch):
+    other, until = bench(lambda: GripControllerNode(Host([], {'approach_force': 1.5})))
+    sent, goals, send = [], [], ActionClient.send_goal_async
+
+    def send_but_the_first(client, goal):
+        sent.append(goal.command.max_effort)
+        return send(client, goal) if len(sent) > 1 else Future()  # a server in C++ drops a goal of a client that it has not discovered
+
+    def execute(goal):
+        goals.append(goal.request.command.max_effort)
+        goal.succeed()
+        return action.GripperCommand.Result()
+    monkeypatch.setattr(ActionClient, 'send_goal_async', send_but_the_first)
+    server = ActionServer(other, action.GripperCommand, 'gripper_cmd', execute)
+    client = other.create_client(Trigger, '/grip_controller/grasp')
+
+    def is_grasping():
+        answer = client.call_async(Trigger.Request())
+        return until(answer.done) and answer.result().success
+    assert until(client.service_is_ready) and until(is_grasping)
+    assert until(lambda: goals) and goals == [1.5] and sent == [1.5, 1.5]
     server.destroy()
