@@ -6,10 +6,10 @@
 #include <cmath>
 #include <utility>
 
+#include "common/cells.hpp"
 #include "common/median.hpp"
 #include "common/wide.hpp"
 #include "dots/disc.hpp"
-#include "dots/near_pairs.hpp"
 
 namespace tactile {
 namespace {
@@ -174,10 +174,13 @@ std::vector<Centroid> centroids(const Image& image, int sign, const double* posi
 
 std::vector<std::uint8_t> without_doubles(const double* positions, const double* score, const double* apart, std::ptrdiff_t count) {
     std::vector<std::uint8_t> kept(count, 1);
-    const double widest = count ? *std::max_element(apart, apart + count) : 0;
-    for (const auto& [i, j] : near_pairs(positions, count, widest)) {
-        const double distance = std::hypot(positions[2 * i] - positions[2 * j], positions[2 * i + 1] - positions[2 * j + 1]);
-        if (distance < std::max(apart[i], apart[j])) kept[score[i] < score[j] ? i : j] = 0;
+    if (!count) return kept;
+    const Cells cells(positions, count);
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        cells.within(positions[2 * i], positions[2 * i + 1], apart[i], [&](std::ptrdiff_t j, double) {
+            const auto [first, second] = std::minmax(i, j);
+            if (first != second) kept[score[first] < score[second] ? first : second] = 0;
+        });
     }
     return kept;
 }

@@ -56,6 +56,12 @@ def test_of_two_near_positions_the_one_with_the_higher_score_is_kept(count):
     np.testing.assert_array_equal(without_doubles(uv, score, apart), ~is_beaten)
 
 
+def test_a_large_disc_is_compared_with_all_small_ones_that_it_covers():
+    small = np.stack(np.meshgrid(np.arange(1.0, 12), np.arange(-5.0, 6)), axis=-1).reshape(-1, 2)
+    kept = without_doubles(np.vstack([[0.0, 0.0], small]), np.append(1.0, np.zeros(len(small))), np.append(20.0, np.full(len(small), 0.5)))
+    np.testing.assert_array_equal(np.flatnonzero(kept), [0])
+
+
 def print_and_specks(seed):
     """Positions (68, 2) px and logarithms of contrast and diameter (68, 2): 48 dots of a print, then 20 specks of any size."""
     rng = np.random.default_rng(seed)
