@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Fields of the frozen dataclasses that hold the constants of a part of the software; docs/constants.md is printed from them."""
-from contextlib import contextmanager
 from dataclasses import field
 
 ORIGINS = ('measured', 'physical', 'prior', 'limit', 'numeric')
@@ -16,16 +15,3 @@ def constant(value, unit: str, origin: str, meaning: str):
     if origin not in ORIGINS:
         raise ValueError(f'origin {origin!r} of a constant; known: {", ".join(ORIGINS)}')
     return field(default=value, metadata={'unit': unit, 'origin': origin, 'meaning': meaning})
-
-
-@contextmanager
-def changed(constants, **values):
-    """Change fields of a frozen dataclass within a with statement: for tests and studies alone, as everybody sees the change."""
-    before = {name: getattr(constants, name) for name in values}
-    for name, value in values.items():
-        object.__setattr__(constants, name, value)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            object.__setattr__(constants, name, value)

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tactile_perception/test/helpers'))
+from changed_constants import changed  # noqa: E402
 from press_scenes import OnDomeOfOtherTips, OnSheetOfOtherTips, results  # noqa: E402
 
-from tactile_driver.constants import changed  # noqa: E402
 from tactile_perception.press.constants import DOME, PRESS, SHEET  # noqa: E402
 
 

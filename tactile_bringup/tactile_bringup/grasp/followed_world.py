@@ -41,7 +41,7 @@ def simulator_text(held: HeldObject, pad: str) -> str:
 
 
 def _with_wrist_joint(held: HeldObject, pad: str) -> ElementTree.Element:
-    """The gripper's model, in which a joint moves the wrist in place of a body that is set from outside."""
+    """The gripper's model, in which a joint moves the wrist instead of a body that is set from outside."""
     root = ElementTree.fromstring(model_text(held, pad))
     world, equality = root.find('worldbody'), root.find('equality')
     hand = world.find("body[@name='hand']")

@@ -117,7 +117,7 @@ class Baseline:
         largest = float(news.max())
         frame = largest + math.log(np.exp(news - largest).sum() / len(press))
         before = min(self.touch + (1 - 2 * self.touch) * min(FORCE_TAXEL.rate * interval, 0.5), 1 - 1e-9)
-        odds = math.log(before / (1 - before)) + max(-50.0, min(frame, 50.0))  # of a frame, against overflow
+        odds = math.log(before / (1 - before)) + max(-FORCE_TAXEL.max_evidence, min(frame, FORCE_TAXEL.max_evidence))
         self.touch = 1 / (1 + math.exp(-odds))
 
     def _adapt(self, squares: np.ndarray, step: np.ndarray, interval: float) -> None:
@@ -133,4 +133,4 @@ class Baseline:
         beside them, which are as likely touched as not. On the others a touch may begin."""
         begins = min(FORCE_TAXEL.rate * max(interval, 1e-4), 0.5) / len(near)
         prior = np.where(near, 0.0, math.log(begins)) + math.log(max(self.touch, 1e-12) / (2.0 - self.touch))
-        return 1 / (1 + np.exp(-np.clip(self._evidence + prior, -50.0, 50.0)))
+        return 1 / (1 + np.exp(-np.clip(self._evidence + prior, -FORCE_TAXEL.max_evidence, FORCE_TAXEL.max_evidence)))

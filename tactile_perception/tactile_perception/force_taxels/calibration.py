@@ -30,15 +30,14 @@ def fit_response(taxels: Taxels, loads: list[Load]) -> tuple[np.ndarray, float, 
     forces = np.array([load.force for load in loads])
     sizes = np.linalg.norm(forces, axis=1)
     scaled, wanted = design / sizes[:, None, None], forces / sizes[:, None]
-    if np.linalg.matrix_rank(scaled.reshape(-1, 9), tol=1e-3 * np.abs(scaled).max()) < 9:  # unknowns of the response
+    if not _determines(scaled, scaled):
         raise BadCalibration('the loads do not show all three axes: record a weight that presses, one that pulls along x and one along y')
     everything = np.arange(len(loads))
     matrix = _solve(scaled, wanted, everything)
     errors, spread = np.zeros(len(loads)), []
     for k in everything:
         others = np.delete(everything, k)
-        is_enough = len(others) >= 3 and np.linalg.matrix_rank(
-            scaled[others].reshape(-1, 9), tol=1e-3 * np.abs(scaled).max()) == 9
+        is_enough = len(others) >= 3 and _determines(scaled[others], scaled)
         fitted = _solve(scaled, wanted, others) if is_enough else matrix
         errors[k] = float(np.linalg.norm(scaled[k] @ fitted.ravel() - wanted[k]))
         if is_enough:
@@ -51,8 +50,13 @@ def fit_response(taxels: Taxels, loads: list[Load]) -> tuple[np.ndarray, float, 
 
 def _design(taxels: Taxels, reading: np.ndarray) -> np.ndarray:
     """(3, 9): the total force as a linear function of the entries of the matrix, row by row."""
-    return np.einsum('nri,nc->irc', taxels.axes, reading).reshape(3, 9)
+    return np.einsum('nri,nc->irc', taxels.axes, reading).reshape(3, -1)
+
+
+def _determines(some: np.ndarray, everything: np.ndarray) -> bool:
+    """Whether some of the loads (K, 3, 9) determine all entries of the matrix."""
+    return np.linalg.matrix_rank(np.concatenate(some), tol=1e-3 * np.abs(everything).max()) == some.shape[2]
 
 
 def _solve(design: np.ndarray, wanted: np.ndarray, used: np.ndarray) -> np.ndarray:
-    return np.linalg.lstsq(design[used].reshape(-1, 9), wanted[used].ravel(), rcond=None)[0].reshape(3, 3)
+    return np.linalg.lstsq(np.concatenate(design[used]), wanted[used].ravel(), rcond=None)[0].reshape(3, 3)

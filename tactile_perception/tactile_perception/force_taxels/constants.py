@@ -18,6 +18,7 @@ class ForceTaxelConstants:
     drift_range: tuple[float, float] = constant((1e-6, 1e2), '1/s', 'limit', 'the same: its limits')
     adapts_s: float = constant(0.5, 's', 'prior', 'over which the drift follows the innovations')
     noise_s: float = constant(3.0, 's', 'prior', 'over which the noise follows the differences between frames')
+    max_evidence: float = constant(50.0, 'nat', 'numeric', 'for or against a touch, of a frame and of all: avoids overflow')
     unusual: float = constant(8.0, 'sigma', 'limit', 'of the log noise, from which a taxel is dead')
     usual_spread: float = constant(0.25, '1', 'prior', 'least standard deviation of that log over healthy taxels')
     usual_error: float = constant(0.05, '1', 'prior',

@@ -72,8 +72,8 @@ class ContactFinder:
         region.area, region.normal = touch.count * pitch**2, touch.normal
         region.centroid = touch.positions / touch.count
         (x, y, _), (xx, xy, yy) = region.centroid.tolist(), (touch.squares / touch.count).tolist()
-        # variance of a position within a taxel, in squared pitches: an even distribution
-        a, b, c = xx - x * x + (1 / 12) * pitch**2, xy - x * y, yy - y * y + (1 / 12) * pitch**2
+        within = (1 / 12) * pitch**2  # variance of a position within a taxel: an even distribution
+        a, b, c = xx - x * x + within, xy - x * y, yy - y * y + within
         middle, half = 0.5 * (a + c), math.hypot(0.5 * (a - c), b)
         region.major_axis, region.minor_axis = 4 * math.sqrt(middle + half), 4 * math.sqrt(max(middle - half, 0.0))
         # One cell more along one axis than along the other is no direction.

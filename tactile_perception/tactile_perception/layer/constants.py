@@ -25,7 +25,7 @@ class LayerConstants:
     correlation: float = constant(2.0, 'pitch', 'measured',
                                   'distance at which residuals are independent: real ones correlate by 0.1 at one, 0.02 at two')
     max_residual: float = constant(0.3, 'pitch', 'limit', 'a larger residual is a dot that was taken for its neighbour')
-    first_evidence: float = constant(8.0, '1', 'limit', 'for a disc in place of none, where dots have moved significantly')
+    first_evidence: float = constant(8.0, '1', 'limit', 'for a disc instead of none, where dots have moved significantly')
     next_evidence: float = constant(24.0, '1', 'limit',
                                     'for one disc more, with six parameters: by chance once in 2,000 frames (chi-square)')
     min_radius: float = constant(0.3, 'pitch', 'limit', 'smallest disc that dots resolve')

@@ -5,9 +5,9 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
+from changed_constants import changed
 from press_scenes import OnDome, OnSheet, results
 
-from tactile_driver.constants import changed
 from tactile_perception.press.constants import DOME, PRESS, SHEET
 
 

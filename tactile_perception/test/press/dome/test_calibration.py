@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from changed_constants import changed
 from dome_library import EYES, MESH, POINTS, library_field, press, small_library
 from dome_scenes import DOME, SIX_POSITIONS, dome_presses
 
-from tactile_driver.constants import changed
 from tactile_perception.common.marker_sensor import MARKER_SENSORS, dome_cap
 from tactile_perception.core.errors import BadCalibration
 from tactile_perception.press import constants

@@ -6,10 +6,10 @@ from itertools import product
 
 import numpy as np
 import pytest
+from changed_constants import changed
 from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, evaluate, inverse, library_field, press, small_library
 from dome_scenes import DOME, EYE, markers, seen
 
-from tactile_driver.constants import changed
 from tactile_perception.common.marker_sensor import first_touch_height
 from tactile_perception.core.errors import BadArgument, BadCalibration
 from tactile_perception.press import constants
