@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .constants import DRIVER
 from .errors import BadArgument, reports_errors
 from .frame import CHANNELS
 from .serial.frames import LARGEST, MATRIX, SAMPLES, CountFrame, write_frame, write_line
@@ -22,14 +23,10 @@ from .simulation.psd.scene import open_psd_scene
 from .simulation.taxel.scene import open_taxel_scene
 from .sources.source import NS, wait_until
 
-_GARBAGE_BYTES, _MAX_DROPPED_BYTES = 300, 40  # bytes inserted before a frame; limit of the bytes dropped from one
-_PAUSE_S = 1.0  # duration of the faults pause and unplug
-_MAX_BACKLOG_NS = 5 * 10**8  # a delay of the machine up to this is caught up; a longer one leaves a gap in the data
-
 
 def _drop(data: bytes, rng: np.random.Generator) -> bytes:
     start = int(rng.integers(0, max(len(data) - 1, 1)))
-    return data[:start] + data[start + int(rng.integers(1, _MAX_DROPPED_BYTES)):]
+    return data[:start] + data[start + int(rng.integers(1, DRIVER.max_dropped_bytes)):]
 
 
 def _swap(data: bytes, rng: np.random.Generator) -> bytes:
@@ -39,7 +36,7 @@ def _swap(data: bytes, rng: np.random.Generator) -> bytes:
 
 #: Faults that corrupt the bytes of one frame. wrong_baud: fewer bytes arrive, all of them wrong.
 CORRUPTIONS: dict[str, Callable[[bytes, np.random.Generator], bytes]] = {
-    'drop': _drop, 'swap': _swap, 'garbage': lambda data, rng: rng.bytes(_GARBAGE_BYTES) + data,
+    'drop': _drop, 'swap': _swap, 'garbage': lambda data, rng: rng.bytes(DRIVER.garbage_bytes) + data,
     'wrong_baud': lambda data, _rng: bytes(b ^ 0xA5 | 0x80 for b in data[::2])}
 #: All faults. pause: nothing is sent for 1 s; reset: sequence number and clock restart at 0; unplug: the port disappears for 1 s.
 FAULTS = (*CORRUPTIONS, 'pause', 'reset', 'unplug')
@@ -79,7 +76,7 @@ class PortEmulator:
         count = 0
         while not stopped():
             late = int((time.monotonic_ns() - begin) / step) - count
-            if late * step > _MAX_BACKLOG_NS:
+            if late * step > DRIVER.max_backlog_ns:
                 if self.runs_on:
                     self._number, count = self._number + late * self._batch, count + late
                 else:
@@ -114,7 +111,7 @@ class PortEmulator:
         if name == 'unplug':
             self._unplug()
         if name in ('pause', 'unplug'):
-            time.sleep(_PAUSE_S)
+            time.sleep(DRIVER.fault_pause_s)
         if name == 'unplug':
             self._plug()
 
@@ -140,9 +137,6 @@ class PortEmulator:
                 data = data[os.write(self._master, data):]
             except BlockingIOError:  # nobody reads; a serial port would lose the bytes too
                 return
-
-
-_FRAMES_AT_ONCE = 50  # frames simulated per call, which is faster than one by one
 
 
 class PsdEmulator(PortEmulator):
@@ -172,7 +166,7 @@ class PsdEmulator(PortEmulator):
         """Counts (batch, 4 or 5) of the next frame, simulated for many frames at once."""
         first = self._number - self._made_at
         if not 0 <= first <= len(self._made) - self._batch:
-            self._made, self._made_at, first = self._play(self._number, self._batch * _FRAMES_AT_ONCE), self._number, 0
+            self._made, self._made_at, first = self._play(self._number, self._batch * DRIVER.emulated_batch), self._number, 0
         return self._made[first:first + self._batch]
 
     def _play(self, first: int, count: int) -> np.ndarray:
@@ -180,9 +174,6 @@ class PsdEmulator(PortEmulator):
             return self._scene.play(first, count)[0]
         lit = (first + np.arange(count)) % 2 == 0
         return np.column_stack([self._scene.play(first, count, lit)[0], lit.astype(np.uint16)])
-
-
-_SCENE_RATE = 50.0  # simulated frames/s; a faster device sends each several times
 
 
 class TaxelEmulator(PortEmulator):
@@ -197,14 +188,14 @@ class TaxelEmulator(PortEmulator):
         if not (0 < min(shape) <= max(shape) <= LARGEST and 8 <= bits <= 16 and rate > 0):
             raise BadArgument(f'emulator: {shape[0]} x {shape[1]} must be 1 to {LARGEST}, {bits} bits 8 to 16, {rate} Hz more than 0')
         self._shape, self.bits = shape, bits
-        self._scene = open_taxel_scene(scene, _SCENE_RATE, seed)
+        self._scene = open_taxel_scene(scene, DRIVER.emulated_rate, seed)
         self._made, self._made_at = self._scene.render(0.0)[0], 0
         super().__init__(link, rate, 1, seed, keep)
 
     def _counts(self) -> np.ndarray:
-        number = int(self._number * _SCENE_RATE / self._rate)
+        number = int(self._number * DRIVER.emulated_rate / self._rate)
         if number != self._made_at:
-            self._made, self._made_at = self._scene.render(number / _SCENE_RATE)[0], number
+            self._made, self._made_at = self._scene.render(number / DRIVER.emulated_rate)[0], number
         values = np.resize(self._made, self._shape) if self._made.shape != self._shape else self._made
         return values.astype(np.uint16) << (self.bits - 8)
 

@@ -8,8 +8,8 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-_VERIFIED_RADIUS = 1.5  # normalised radius beyond which the result of the iteration is verified by reprojection
-_MAX_REPROJECTION_ERROR = 1e-4  # relative to the radius
+from .constants import DRIVER
+
 _ZERO = np.zeros(3)
 
 
@@ -29,11 +29,11 @@ def undistorted(uv: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> n
     seen = square < farthest_square(distortion)
     if not seen.all():
         plane[~seen] = np.nan
-    wide = np.flatnonzero(seen & (square > _VERIFIED_RADIUS**2))
+    wide = np.flatnonzero(seen & (square > DRIVER.verified_radius**2))
     if len(wide):
         again = cv2.projectPoints(np.column_stack([plane[wide], np.ones(len(wide))]), _ZERO, _ZERO, np.eye(3), distortion)[0]
         error = np.abs(again.reshape(-1, 2) - np.column_stack([x, y])[wide]).max(axis=1)
-        plane[wide[~(error < _MAX_REPROJECTION_ERROR * np.sqrt(square[wide]))]] = np.nan
+        plane[wide[~(error < DRIVER.max_reprojection_error * np.sqrt(square[wide]))]] = np.nan
     return plane
 
 

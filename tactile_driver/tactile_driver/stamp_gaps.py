@@ -6,11 +6,8 @@ from __future__ import annotations
 import time
 from collections import deque
 
-_PERIOD_INTERVALS = 30  # latest stamp intervals that determine the period; a change of rate is followed within as many frames
-_UPDATE_EVERY = 5  # messages between two updates of the period, because an update takes 57 us (measured on a busy machine)
-_MIN_INTERVAL_NS = 100_000  # shorter intervals are wrong stamps: no sensor sends 10 000 messages a second
-_MAX_GAP_NS = 2_000_000_000  # longer gaps are pauses of the publisher (paused, reconnected), not losses
-_SHORT_SHARE = 0.1  # fraction of intervals that are shorter than what is taken for the period, because of late messages
+from .constants import DRIVER
+
 RECENT_MESSAGES = 120  # latest messages over which losses are reported
 SAME_CLOCK_S = 60.0  # a stamp further from now is of a recording, or of another clock
 TOLERATED_LOSSES = 3  # losses among these that are not reported: the machine was busy for a moment
@@ -24,7 +21,7 @@ class StampGaps:
         self.lost, self._topic = 0, topic
         self.missed, self._begun = 0, False
         self._missing: deque[int] = deque(maxlen=RECENT_MESSAGES)
-        self._steps: deque[int] = deque(maxlen=_PERIOD_INTERVALS)
+        self._steps: deque[int] = deque(maxlen=DRIVER.period_intervals)
         self._last_ns: int | None = None
         self._end_ns = self._count = 0
         self._period = 0.0
@@ -54,12 +51,12 @@ class StampGaps:
         last_ns, end_ns = self._last_ns, self._end_ns
         self._last_ns, self._end_ns = stamp_ns, stamp_ns + covered_ns
         step = 0 if last_ns is None else stamp_ns - last_ns
-        if not _MIN_INTERVAL_NS <= step <= _MAX_GAP_NS:
+        if not DRIVER.min_interval_ns <= step <= DRIVER.max_gap_ns:
             return
         self._steps.append(step)
         self._count += 1
-        if self._count % _UPDATE_EVERY == 0:
-            known, self._period = self._period, float(sorted(self._steps)[int(_SHORT_SHARE * len(self._steps))])
+        if self._count % DRIVER.messages_per_update == 0:
+            known, self._period = self._period, float(sorted(self._steps)[int(DRIVER.short_share * len(self._steps))])
             if not known and not covered_ns:  # the loss before, as while the receiver took up its work, is no news
                 self.lost += sum(max(round(before / self._period) - 1, 0) for before in list(self._steps)[:-1])
         if not self._period:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures of the fault tests: the test bench, an unaffected sensor beside it, and the report out/faults.md."""
 import pathlib
+from dataclasses import replace
 
 import pytest
 from emulated import Bus
@@ -19,7 +20,8 @@ def bench(tmp_path_factory):
     make_room_for_images()  # listeners here use the same settings as the nodes
     bench = Bench(tmp_path_factory.mktemp('faults'))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(emulators, '_MAX_BACKLOG_NS', 10**10)  # a device keeps sending however busy this machine is
+        # a device keeps sending however busy this machine is
+        patch.setattr(emulators, 'DRIVER', replace(emulators.DRIVER, max_backlog_ns=10**10))
         yield bench
     bench.close()
     if bench.rows:

@@ -16,6 +16,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.constants import NODES
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import message_type
@@ -24,7 +25,7 @@ from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, LogOnce,
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from tactile_driver.nodes.runtime.run import CLOSES_S, ends_within, process_of
+from tactile_driver.nodes.runtime.run import ends_within, process_of
 from tactile_driver.recordings.serialization import type_name_of
 from tactile_driver.recordings.writer import AT_ONCE, BagWriter, recorded_qos
 from tactile_msgs.msg import DotTracks, PsdVoltages
@@ -110,7 +111,7 @@ class RecordNode(Node):
             except OSError as error:
                 print(f'{self._path}: not closed ({error}); process_bag can read what was written', flush=True)
             print(f'{self._path}: {self.written} messages recorded' + (f', {self._lost} lost' if self._lost else ''), flush=True)
-        with ends_within(CLOSES_S):  # the middleware hung here or later, once in 44 ends on a busy machine
+        with ends_within(NODES.max_close_s):  # the middleware hung here or later, once in 44 ends on a busy machine
             super().destroy_node()
 
     def _opened(self) -> LiveBag:

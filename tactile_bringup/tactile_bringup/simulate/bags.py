@@ -32,7 +32,8 @@ from tactile_driver.nodes.messages.conversions import (
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, frame_messages, recorded_truth
 from tactile_driver.recordings.scenes import SceneWriter
 from tactile_driver.recordings.writer import write_messages
-from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
+from tactile_driver.simulation.constants import SIMULATION
+from tactile_driver.simulation.psd.scene import PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.specimen import Shutters
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, GEL_SCENES, SCENES, open_dual_scene, open_scene
@@ -69,7 +70,7 @@ def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace
     """As write_scene, as psd_node publishes it, at rate samples/s; returns the number of samples written."""
     scene = open_psd_scene(name, rate, seed)
     _write(path, scene, namespace, {'scene': name, 'seed': seed},
-           [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))], psd_messages(scene, rate, namespace))
+           [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, SIMULATION.cover_radius))], psd_messages(scene, rate, namespace))
     return scene.samples
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import BadArgument, DeviceLost
 from ..frame import Frame, frame_of
 from ..sources.source import Clock, Source, stamp_of
+from .constants import CAMERA
 from .v4l2 import CONTROLS, LEFT, READABLE, Mode, VideoNode, chosen_format, exposure_of, fourcc, limit_of, set_controls
 
 
@@ -82,13 +83,6 @@ def find_device(wanted: str, root: str = '/') -> VideoDevice:
     raise DeviceLost(f'device: {wanted!r} {what}; there are: {known}. Name one by index, path, bus or serial number, and check the cable')
 
 
-_FROZEN_S = 1.0  # duration of identical images that counts as frozen: noise changes every image, even of a still scene
-_BLACK_S = 0.3  # duration of black images that is reported; the first images after the start may be black
-_UNSEEN_S = 2.0  # without a frame for longer, warning is empty
-_MAX_BLACK_MEAN = 8.0  # grey levels of 255; the mean of a black image is at most this
-_ROW_STEP = 8  # every 8th row is compared, because noise changes every row
-
-
 class FrameWatch:
     """Watches the frames of one camera; warning describes a fault for as long as it lasts."""
 
@@ -98,26 +92,22 @@ class FrameWatch:
 
     def add(self, image: np.ndarray) -> None:
         """Add the image of the next frame, uint8 (H, W) or (H, W, 3)."""
-        self._seen_s, rows = time.monotonic(), image[::_ROW_STEP]
+        self._seen_s, rows = time.monotonic(), image[::CAMERA.row_step]
         if self._last is None or not np.array_equal(rows, self._last):
             self._last, self._changed_s = rows.copy(), self._seen_s
-        if rows.mean() > _MAX_BLACK_MEAN:
+        if rows.mean() > CAMERA.max_black_mean:
             self._bright_s = self._seen_s
 
     @property
     def warning(self) -> str:
         """The fault and its remedy; '' without a fault or without recent frames."""
-        if self._last is None or time.monotonic() - self._seen_s > _UNSEEN_S:
+        if self._last is None or time.monotonic() - self._seen_s > CAMERA.max_image_age_s:
             return ''
-        if self._seen_s - self._bright_s > _BLACK_S:
+        if self._seen_s - self._bright_s > CAMERA.black_s:
             return 'the images are black; check the lamps, the exposure and whether something covers the lens'
         same_s = self._seen_s - self._changed_s
         return f'the camera has sent the same image for {same_s:.1f} s; it hangs, unplug it and plug it in again' \
-            if same_s > _FROZEN_S else ''
-
-
-_RATE_TOLERANCE, _MAX_MODES = 0.02, 4  # share of the requested rate; modes listed in a warning, which has to fit a line
-_OLDEST_STAMP_NS = 1_000_000_000  # an older driver stamp is not of the monotonic clock
+            if same_s > CAMERA.frozen_s else ''
 
 
 class DeviceSource(Source):
@@ -176,9 +166,9 @@ class DeviceSource(Source):
         if code and has.pixel_format != code:
             warnings.append(f'the camera gives {has.pixel_format} instead of {code}; it offers '
                            f'{", ".join(sorted({mode.pixel_format for mode in modes} & set(READABLE))) or "no other that can be read"}')
-        if rate > 0 and abs(has.rate - rate) > _RATE_TOLERANCE * rate:
+        if rate > 0 and abs(has.rate - rate) > CAMERA.rate_tolerance * rate:
             offered = [f'{mode.pixel_format} {mode.width} x {mode.height} up to {mode.rate:g} Hz' for mode in modes
-                       if mode.rate >= rate][-_MAX_MODES:]
+                       if mode.rate >= rate][-CAMERA.max_listed_modes:]
             warnings.append(f'the camera is set to {has.rate:g} Hz instead of {rate:g} Hz at {has.pixel_format} {has.width} x '
                            f'{has.height} px; choose a rate, size and pixel_format that it offers '
                            f'({"; ".join(offered) or "none is that fast"})')
@@ -230,7 +220,7 @@ class DeviceSource(Source):
         """Capture time of the grabbed frame on time.monotonic_ns(): the V4L2 stamp if it is of this clock, else the present time."""
         now = time.monotonic_ns()
         stamp = int(self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e6)
-        return stamp if 0 <= now - stamp < _OLDEST_STAMP_NS else now
+        return stamp if 0 <= now - stamp < CAMERA.max_stamp_age_ns else now
 
     def close(self) -> None:
         """Release the camera."""

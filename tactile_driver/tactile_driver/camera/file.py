@@ -13,10 +13,10 @@ import numpy as np
 from ..errors import BadFrame, BadRecording
 from ..frame import Frame, PairFrame, frame_of
 from ..sources.source import NS, Clock, PlayedSource, natural_key
+from .constants import CAMERA
 
 IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
 _REMEDY = 'where a player shows it: ffmpeg -i VIDEO -c:v mjpeg -q:v 2 press.avi'
-_FOLDER_RATE = 30.0  # Hz, for a folder and for a video without a rate; the rate of most cameras
 
 #: Number of a frame, from 0, and what decodes it, before the next one is asked for: the image, or None, and its name
 Item = tuple[int, Callable[[], tuple[np.ndarray | None, str]]]
@@ -50,7 +50,7 @@ class FileSource(PlayedSource):
         files = sorted((p for p in path.iterdir() if p.suffix.lower() in IMAGE_ENDINGS), key=natural_key)
         if not files:
             raise BadRecording(f'path: {path} holds no image; known endings are {" ".join(IMAGE_ENDINGS)}')
-        self._set_rate(_FOLDER_RATE)
+        self._set_rate(CAMERA.default_rate)
         return ((k, lambda file=file: (cv2.imread(str(file), cv2.IMREAD_UNCHANGED), f'image {file}')) for k, file in enumerate(files))
 
     def _video(self, path: Path) -> Iterator[Item]:
@@ -58,7 +58,7 @@ class FileSource(PlayedSource):
         if not capture.isOpened() or not capture.get(cv2.CAP_PROP_FRAME_WIDTH):
             raise BadRecording(f'path: {path} is neither a video that OpenCV can read nor a folder of images; {_REMEDY}')
         rate = capture.get(cv2.CAP_PROP_FPS)
-        self._set_rate(rate if 0 < rate < 1e4 else _FOLDER_RATE)
+        self._set_rate(rate if 0 < rate < 1e4 else CAMERA.default_rate)
         frames = self._grabbed(capture, str(path))
         first = next(frames, None)
         if first is None:

@@ -13,16 +13,12 @@ import numpy as np
 
 from ..errors import BadRecording, DeviceLost
 from ..frame import CameraCalibration, Frame, PairFrame
-from ..sources.capture import MIN_SILENCE_S, SILENCE_PERIODS, Capture, CaptureStatus
+from ..sources.capture import Capture, CaptureStatus
+from ..sources.constants import SOURCES
 from ..sources.source import NS, EndOfSource, NothingYet, Source
+from .constants import CAMERA
 
 LEFT, RIGHT = 0, 1
-_SKEWS, _MIN_SKEWS = 150, 10  # latest pairs whose offset is reported, 5 s at 30 Hz; from how many on
-_MAX_QUEUE = 8  # frames of one camera that may wait for their counterparts
-_INTERVALS, _MIN_INTERVALS = 30, 4  # latest intervals that determine the period; how many are needed
-_PERIOD_PERCENTILE = 20  # percentile of the intervals used as the period, below the median because lost frames lengthen intervals
-_RESTART_NS = 1_000_000_000  # a stamp further back than this restarts the pairing
-_HYSTERESIS = 0.1  # frame periods by which offsets may exceed one half before each frame pairs with the other neighbour; jitter is smaller
 
 
 class Pairer:
@@ -37,16 +33,16 @@ class Pairer:
     def __init__(self, max_skew_ns: int, nominal_ns: float | None = None):
         self.unpaired = 0
         self._max_skew, self._nominal = max_skew_ns if max_skew_ns >= 0 else np.inf, nominal_ns
-        self._skews: deque[int] = deque(maxlen=_SKEWS)  # ns, of the latest nearest frames, also beyond max_skew
+        self._skews: deque[int] = deque(maxlen=CAMERA.skews)  # ns, of the latest nearest frames, also beyond max_skew
         self._queues: tuple[deque[Frame], deque[Frame]] = deque(), deque()
-        self._intervals = deque(maxlen=_INTERVALS), deque(maxlen=_INTERVALS)
+        self._intervals = deque(maxlen=CAMERA.intervals), deque(maxlen=CAMERA.intervals)
         self._last: list[int | None] = [None, None]
 
     def add(self, side: int, frame: Frame) -> None:
         """Add the next frame of one camera (0 left, 1 right). A stamp that goes back by over a second restarts the pairing."""
         last = self._last[side]
         if last is not None and frame.stamp_ns <= last:
-            if last - frame.stamp_ns < _RESTART_NS:
+            if last - frame.stamp_ns < CAMERA.restart_ns:
                 self.unpaired += 1
                 return
             self.clear()
@@ -55,7 +51,7 @@ class Pairer:
             self._intervals[side].append(frame.stamp_ns - last)
         self._last[side] = frame.stamp_ns
         self._queues[side].append(frame)
-        if len(self._queues[side]) > _MAX_QUEUE:
+        if len(self._queues[side]) > CAMERA.max_waiting_frames:
             self._drop(side)
 
     def waiting(self, side: int) -> int:
@@ -65,7 +61,7 @@ class Pairer:
     def take(self, last: bool = False) -> PairFrame | None:
         """The next pair, or None; last: no more frames will arrive, so do not wait for the period."""
         left, right = self._queues
-        known = last or bool(self._nominal) or max(map(len, self._intervals)) >= _MIN_INTERVALS
+        known = last or bool(self._nominal) or max(map(len, self._intervals)) >= CAMERA.min_intervals
         while left and right and known:
             skew = right[0].stamp_ns - left[0].stamp_ns
             if self._are_nearest(skew):
@@ -81,12 +77,12 @@ class Pairer:
         """Whether no adjacent frame matches better than one with this skew, ns."""
         period = self.period_ns
         last = self._skews[-1] if self._skews else 0
-        return period is None or abs(skew - np.sign(last) * _HYSTERESIS * period) <= period / 2
+        return period is None or abs(skew - np.sign(last) * CAMERA.hysteresis * period) <= period / 2
 
     @property
     def offset_ms(self) -> float:
         """Median offset of the latest nearest frames, ms, positive where the right camera is later; NaN before there are enough."""
-        return 1e-6 * float(np.median(self._skews)) if len(self._skews) >= _MIN_SKEWS else math.nan
+        return 1e-6 * float(np.median(self._skews)) if len(self._skews) >= CAMERA.min_skews else math.nan
 
     @property
     def warning(self) -> str:
@@ -117,7 +113,7 @@ class Pairer:
     @property
     def period_ns(self) -> float | None:
         """Frame period, ns: the shortest of the nominal and the measured periods; None if unknown."""
-        seen = [float(np.percentile(intervals, _PERIOD_PERCENTILE)) for intervals in self._intervals if intervals]
+        seen = [float(np.percentile(intervals, CAMERA.period_percentile)) for intervals in self._intervals if intervals]
         return min([*seen, *([self._nominal] if self._nominal else [])], default=None)
 
     def _drop(self, side: int) -> None:
@@ -126,7 +122,6 @@ class Pairer:
 
 
 NAMES = ('left', 'right')
-_MAX_WAIT_S = 0.2  # of one read
 
 
 class PairedSource(Source):
@@ -171,11 +166,11 @@ class PairedSource(Source):
 
     def read(self, wanted: bool = True) -> PairFrame | None:
         """The next pair; None if not wanted, after a frame of either source. Raises EndOfSource when one recording is over, DeviceLost if
-        both cameras are lost, NothingYet when none arrives within _MAX_WAIT_S, and BadRecording when one of the two cannot be read."""
+        both cameras are lost, NothingYet when none arrives in time, and BadRecording when one of the two cannot be read."""
         if wanted and not self._wanted:
             self._wanted_since = time.monotonic()
         self._wanted = wanted
-        before, end = self._received, time.monotonic() + _MAX_WAIT_S
+        before, end = self._received, time.monotonic() + CAMERA.max_read_s
         while True:
             states = [capture.status for capture in self._captures]  # first: no frame comes after an end
             self._fetch()
@@ -221,7 +216,7 @@ class PairedSource(Source):
             return state.state == 'lost'
         period, waited = (self._pairer.period_ns or 0) / NS, time.monotonic() - self._wanted_since
         age = waited if math.isnan(state.age_s) else min(state.age_s, waited)
-        return state.state == 'lost' or age > max(MIN_SILENCE_S, SILENCE_PERIODS * period)
+        return state.state == 'lost' or age > max(SOURCES.min_silence_s, SOURCES.max_silent_periods * period)
 
     def _check(self, states: list[CaptureStatus], over: list[bool]) -> None:
         """Raise the error that prevents further pairs, if any."""

@@ -8,17 +8,15 @@ import time
 from ..frame import CameraCalibration, Frame, PairFrame, pinhole_calibration
 from ..simulation.sensors import scenes
 from ..sources.source import NS, SceneSource, wait_until
-
-_SIZE = (640, 480)  # (width, height), px; the image size of the touchpad paper (touchpad_contact_region, section 2)
-_AHEAD_S = 3.0  # of the scene that is computed ahead
-_SPARE_NS = NS // 50  # time before a frame is due that one state of a touched skin may take; measured on the sheet with two cameras
+from .constants import CAMERA
 
 
 class SimulatedSource(SceneSource):
     """A scene of a sensor with one camera. values: as of SceneSource; width, height, px, 0 for 640 x 480."""
 
     def _open_scene(self, name: str, rate: float, seed: int):
-        return scenes.open_scene(name, rate, seed, self._values['width'] or _SIZE[0], self._values['height'] or _SIZE[1])
+        width, height = CAMERA.simulated_size
+        return scenes.open_scene(name, rate, seed, self._values['width'] or width, self._values['height'] or height)
 
     @property
     def sensor(self) -> str:
@@ -30,7 +28,8 @@ class SimulatedSource(SceneSource):
 
     def _compute_ahead(self, due_ns: int) -> None:
         # A touched skin takes longer than an untouched one, in drags longer than a period.
-        while due_ns - time.monotonic_ns() > _SPARE_NS and self._scene.observe_ahead(self._number + round(_AHEAD_S * self.rate)):
+        ahead = self._number + round(CAMERA.ahead_s * self.rate)
+        while due_ns - time.monotonic_ns() > CAMERA.spare_ns and self._scene.observe_ahead(ahead):
             pass
 
     def _handed_over(self, made, due_ns: int) -> Frame | PairFrame:

@@ -12,6 +12,9 @@ import os
 import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
+
+from .constants import CAMERA
 
 _READ_WRITE, _DISCRETE, _NEXT = 3, 1, 0xC0000000  # _IOC_READ | _IOC_WRITE; V4L2_FRMSIZE_TYPE_DISCRETE; V4L2_CTRL_FLAG_NEXT_(COMPOUND)
 _CAPTURE, _CAPTURE_PLANES = 1, 9  # V4L2_BUF_TYPE_VIDEO_CAPTURE(_MPLANE)
@@ -22,7 +25,18 @@ _SIZE = struct.Struct('11I')  # index, pixelformat, type, then width, height or 
 _INTERVAL = struct.Struct('13I')  # index, pixelformat, width, height, type, then s as a fraction or minimum, maximum and step
 _QUERY = struct.Struct('II32sqqQqIIII4I32I')  # id, type, name, minimum, maximum, step, default, flags
 _CONTROL = struct.Struct('Ii')  # id, value
-_QUERYCAP, _ENUM_FMT, _ENUM_FRAMESIZES, _ENUM_FRAMEINTERVALS, _QUERY_EXT_CTRL, _G_CTRL, _S_CTRL = 0, 2, 74, 75, 103, 27, 28
+
+
+class _Ioctl(IntEnum):
+    """Numbers of the requests VIDIOC_*."""
+
+    QUERYCAP = 0
+    ENUM_FMT = 2
+    G_CTRL = 27
+    S_CTRL = 28
+    ENUM_FRAMESIZES = 74
+    ENUM_FRAMEINTERVALS = 75
+    QUERY_EXT_CTRL = 103
 
 
 @dataclass(frozen=True)
@@ -81,21 +95,21 @@ class VideoNode:
 
     def bus(self) -> str:
         """Name of the bus, as in usb-0000:00:14.0-1 or platform:vivid-000."""
-        return _text(self._ask(_QUERYCAP, _CAPABILITY, direction=2)[2])
+        return _text(self._ask(_Ioctl.QUERYCAP, _CAPABILITY, direction=2)[2])
 
     def modes(self) -> list[Mode]:
         """Every offered mode of discrete or largest size, in the driver's order."""
-        formats = [found[4] for kind in (_CAPTURE, _CAPTURE_PLANES) for found in self._each(_ENUM_FMT, _FORMAT, kind)]
+        formats = [found[4] for kind in (_CAPTURE, _CAPTURE_PLANES) for found in self._each(_Ioctl.ENUM_FMT, _FORMAT, kind)]
         found = []
         for code in formats:
-            for size in self._each(_ENUM_FRAMESIZES, _SIZE, code):
+            for size in self._each(_Ioctl.ENUM_FRAMESIZES, _SIZE, code):
                 width, height = size[3:5] if size[2] == _DISCRETE else (size[4], size[7])
                 found.append(Mode(fourcc(code), width, height, self._fastest(code, width, height)))
         return found
 
     def _fastest(self, code: int, width: int, height: int) -> float:
         """The highest rate, Hz: the first interval of a range is the shortest."""
-        periods = [each[5] / each[6] for each in self._each(_ENUM_FRAMEINTERVALS, _INTERVAL, code, width, height) if each[6]]
+        periods = [each[5] / each[6] for each in self._each(_Ioctl.ENUM_FRAMEINTERVALS, _INTERVAL, code, width, height) if each[6]]
         return 1 / min(periods) if periods and min(periods) > 0 else 0.0
 
     def controls(self) -> list[Control]:
@@ -103,7 +117,7 @@ class VideoNode:
         found, last = [], 0
         while True:
             try:
-                each = self._ask(_QUERY_EXT_CTRL, _QUERY, last | _NEXT)
+                each = self._ask(_Ioctl.QUERY_EXT_CTRL, _QUERY, last | _NEXT)
             except OSError:
                 return found
             last = each[0]
@@ -112,11 +126,11 @@ class VideoNode:
 
     def get(self, control: int) -> int:
         """The value of a control by its id."""
-        return self._ask(_G_CTRL, _CONTROL, control)[1]
+        return self._ask(_Ioctl.G_CTRL, _CONTROL, control)[1]
 
     def set(self, control: int, value: int) -> None:
         """Set a control by its id."""
-        self._ask(_S_CTRL, _CONTROL, control, value)
+        self._ask(_Ioctl.S_CTRL, _CONTROL, control, value)
 
 
 def _text(data: bytes) -> str:
@@ -182,13 +196,12 @@ def _taken(node: VideoNode, control: int, value: int) -> bool:
 
 #: what OpenCV makes images of, the best colours first; grey only if nothing else carries the rate
 READABLE = ('BGR3', 'RGB3', 'YUYV', 'UYVY', 'NV12', 'MJPG', 'GREY')
-_CARRIES = 0.99  # share of the asked rate; drivers round intervals to 100 ns
 
 
 def chosen_format(modes: Sequence[Mode], size: tuple[int, int], rate: float) -> str:
     """The pixel format with the best colours that carries the rate, Hz, at the size, px, else the fastest; '' where none is known."""
     fitting = [mode for mode in modes if (mode.width, mode.height) == size and mode.pixel_format in READABLE and mode.rate > 0]
-    fitting.sort(key=lambda mode: (-min(mode.rate, _CARRIES * rate), READABLE.index(mode.pixel_format)))
+    fitting.sort(key=lambda mode: (-min(mode.rate, CAMERA.min_rate_share * rate), READABLE.index(mode.pixel_format)))
     return fitting[0].pixel_format if fitting else ''
 
 

@@ -10,8 +10,7 @@ import numpy as np
 import yaml
 
 from ..errors import BadArgument, BadFrame
-
-_MIN_LENGTH = 1e-6  # of a vector that gives a direction
+from .constants import FORCE_TAXEL_DRIVER
 
 
 @dataclass(frozen=True)
@@ -198,7 +197,7 @@ def _vectors(patch: dict, name: str) -> np.ndarray:
 def _units(patch: dict, name: str, count: int) -> np.ndarray:
     values = _vectors(patch, name)
     size = np.linalg.norm(values, axis=1, keepdims=True)
-    if len(values) != count or not (size > _MIN_LENGTH).all():
+    if len(values) != count or not (size > FORCE_TAXEL_DRIVER.min_normal_length).all():
         raise BadArgument(f'{name} has to be {count} vectors that are not 0, one a taxel')
     return values / size
 

@@ -9,13 +9,12 @@ from std_msgs.msg import Header
 
 from ..errors import BadFrame
 from ..nodes.messages.conversions import bytes_of
+from .constants import FORCE_TAXEL_DRIVER
 from .layout import TaxelFrame
 
 POSITION, FORCE, NORMAL = ('x', 'y', 'z'), ('fx', 'fy', 'fz'), ('normal_x', 'normal_y', 'normal_z')
 _FIELDS = (*POSITION, *FORCE, *NORMAL)
 _TYPES = {PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
-_MAX_TAXELS = 10_000  # far beyond the largest hands
-_MAX_POSITION, _MAX_FORCE = 100.0, 1e9  # m, and any unit of force: beyond all sensors
 
 
 def taxels_to_message(frame: TaxelFrame, header: Header) -> PointCloud2:
@@ -68,14 +67,15 @@ def taxels_of_message(message: PointCloud2) -> tuple[np.ndarray, np.ndarray, np.
         raise BadFrame(f'taxels: field {", ".join(missing)} is missing; the cloud needs x, y, z, fx, fy, fz')
     count, step = message.width * message.height, message.point_step
     is_gapless = len(message.data) == count * step and (message.height == 1 or message.row_step == message.width * step)
-    if not (0 < count <= _MAX_TAXELS and is_gapless):
+    if not (0 < count <= FORCE_TAXEL_DRIVER.max_taxels and is_gapless):
         raise BadFrame(f'taxels: {len(message.data)} bytes for {count} points of {step} bytes in rows of {message.row_step}; 1 to '
-                       f'{_MAX_TAXELS} points without gaps are expected')
+                       f'{FORCE_TAXEL_DRIVER.max_taxels} points without gaps are expected')
     names = [*POSITION, *FORCE, *(NORMAL if all(name in known for name in NORMAL) else ())]
     values = _columns(message, [known[name] for name in names])
     positions, forces, normals = values[:, :3], values[:, 3:6], values[:, 6:] if len(names) > 6 else None
-    if not (np.abs(positions) <= _MAX_POSITION).all() or (np.abs(forces) > _MAX_FORCE).any():
-        raise BadFrame(f'taxels: a position is not finite or beyond {_MAX_POSITION:g} m, or a force beyond {_MAX_FORCE:g}')
+    if not (np.abs(positions) <= FORCE_TAXEL_DRIVER.max_position).all() or (np.abs(forces) > FORCE_TAXEL_DRIVER.max_force).any():
+        raise BadFrame(f'taxels: a position is not finite or beyond {FORCE_TAXEL_DRIVER.max_position:g} m, or a force beyond '
+                       f'{FORCE_TAXEL_DRIVER.max_force:g}')
     if normals is not None and not (np.abs(np.linalg.norm(normals, axis=1) - 1) < 0.01).all():
         raise BadFrame('taxels: a normal does not have length 1; publish unit vectors')
     return positions, forces, normals

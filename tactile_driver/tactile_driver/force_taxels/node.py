@@ -17,11 +17,10 @@ from ..nodes.runtime.host import AdaptiveSubscription, Host
 from ..nodes.runtime.run import process_of
 from ..parameters.drivers import check_together
 from ..sources.source import Source
+from .constants import FORCE_TAXEL_DRIVER
 from .layout import TaxelFrame, read_layout, taxel_frame
 from .messages import taxels_to_message
 from .parameters import FORCE_TAXEL_DRIVER_PARAMETERS, FORCE_TAXEL_SOURCES
-
-_MAX_QUEUE = 100  # frames that wait
 
 
 class MultiArraySource(Source):
@@ -34,12 +33,13 @@ class MultiArraySource(Source):
         if not topic:
             raise BadArgument('topic: source topics needs the name of a topic of Float32MultiArray')
         self._node, self._topic, self._layout = node, topic, read_layout(layout)
-        self._received = ReceivedMessages(self, _MAX_QUEUE)
+        self._received = ReceivedMessages(self, FORCE_TAXEL_DRIVER.max_waiting_frames)
         self._subscription: AdaptiveSubscription | None = None
 
     def open(self) -> None:
         """Subscribe."""
-        self._subscription = AdaptiveSubscription(self._node, Float32MultiArray, self._topic, self._take, QoSProfile(depth=_MAX_QUEUE))
+        qos = QoSProfile(depth=FORCE_TAXEL_DRIVER.max_waiting_frames)
+        self._subscription = AdaptiveSubscription(self._node, Float32MultiArray, self._topic, self._take, qos)
 
     def _take(self, message: Float32MultiArray, _received_ns: int) -> None:
         self._received.add((self._node.now_ns(), np.asarray(message.data, float)))

@@ -13,9 +13,8 @@ from ..serial.frames import VECTORS, BinaryReader
 from ..simulation.force_taxels.scene import open_vector_scene
 from ..sources.array_file import read_vector_file
 from ..sources.source import Clock, SceneSource
+from .constants import FORCE_TAXEL_DRIVER
 from .layout import TaxelFrame, TaxelLayout, read_layout, taxel_frame
-
-_RATE = 100.0  # Hz of a file without times, as the simulated devices
 
 
 class VectorSerialSource(FrameSerialSource):
@@ -46,7 +45,7 @@ class VectorFileSource(FrameFileSource):
         self._layout, self._columns, self._topic = read_layout(values['layout']), values['columns'], values['topic']
 
     def _load(self) -> tuple[np.ndarray, np.ndarray | None, float]:
-        return *read_vector_file(self._path, len(self._layout.positions), self._columns, self._topic), _RATE
+        return *read_vector_file(self._path, len(self._layout.positions), self._columns, self._topic), FORCE_TAXEL_DRIVER.file_rate
 
     def _made(self, values: np.ndarray, stamp_ns: int, label: str) -> TaxelFrame:
         return taxel_frame(self._layout, values, stamp_ns, label)

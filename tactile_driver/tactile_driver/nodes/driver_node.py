@@ -19,9 +19,11 @@ from ..parameters.drivers import LIVE, check_together
 from ..parameters.table import Parameter
 from ..recordings.truth import RecordedTruth
 from ..simulation.truth import TruthFrame
-from ..sources.capture import RETRY_S, Capture
+from ..sources.capture import Capture
+from ..sources.constants import SOURCES
 from ..sources.registry import Sources, make_source
 from ..sources.source import Source
+from .constants import NODES
 from .health import COUNTS, capture_health, unconfigured_health
 from .messages.conversions import header_of
 from .messages.ground_truth import GroundTruth
@@ -31,14 +33,9 @@ from .runtime.host import Host, SharedPublisher
 from .runtime.parameter_server import NodeParameters
 from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 
-_TAKE_S = 0.2
-_MAX_WARNINGS = 10  # more do not fit a line of /diagnostics; hostile images give thousands
 _AND_MORE = 'there were more such problems; they are left out until the node is configured again'
 #: longest time that a recording with rate 0 waits for its subscribers' acknowledgement
 _ACKNOWLEDGE = Duration(seconds=1)
-#: s without a new subscription, after which a recording starts: a recorder subscribes to one topic after the other, and the perception
-#: subscribes to the images once somebody subscribes to its results; what is published in between would be lost
-_SETTLE_S = 0.5
 
 
 class Stream:
@@ -72,7 +69,7 @@ class Stream:
         self._stopped = self.over = False
         node.truth.offer(source.truths)
         self.describe()
-        self.capture = Capture(source, self._subscribers, self._report, keep=node.keep, settle=_SETTLE_S)
+        self.capture = Capture(source, self._subscribers, self._report, keep=node.keep, settle=NODES.settle_s)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
         self._thread.start()
 
@@ -104,7 +101,7 @@ class Stream:
         text : str
             The warning; '' for none.
         """
-        if len(self.warnings) >= _MAX_WARNINGS:
+        if len(self.warnings) >= NODES.max_warnings:
             text = _AND_MORE
         if text and text not in self.warnings:
             self.warnings.append(text)
@@ -146,7 +143,7 @@ class Stream:
     def _run(self) -> None:
         while not self._stopped:
             ended = self.capture.ended  # asked first: no frame comes after it
-            frame = self.capture.take(_TAKE_S)
+            frame = self.capture.take(NODES.take_s)
             if frame is None:
                 self.over = ended
                 continue
@@ -165,12 +162,6 @@ def _constant(about: dict) -> dict:
     """Return what of a source's description does not change while it runs."""
     return {name: _constant(value) if isinstance(value, dict) else value for name, value in about.items()
             if name not in COUNTS and name != 'idle'}
-
-
-#: s that a node stays after the end of a recording; /diagnostics says so at least once, and nodes in other processes finish what
-#: waits for them, which is never older than some tenths of a second (tactile_perception/core/work_log.py)
-_FAREWELL_S = 2.0
-_SUPERVISION_S = 0.1  # a device that is plugged in again is open within a frame or two of a slow camera
 
 
 class DriverNode(LifecycleNode):
@@ -217,9 +208,9 @@ class DriverNode(LifecycleNode):
         self.raw: list[SharedPublisher] = []
         self.description, self.truth = self.create_publisher(String, 'description', LATCHED_QOS), GroundTruth(self)
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
-        self._supervision = steady_timer(self, _SUPERVISION_S, self._supervise)
+        self._supervision = steady_timer(self, NODES.supervision_s, self._supervise)
         self._over_s: float | None = None  # monotonic s since which the recording is over
-        self._end = steady_timer(self, _SUPERVISION_S, self._follow_recording)  # of recordings only: each call wakes the executor
+        self._end = steady_timer(self, NODES.supervision_s, self._follow_recording)  # of recordings only: each call wakes the executor
         self._end.cancel()
         guard_services(self)
 
@@ -323,7 +314,7 @@ class DriverNode(LifecycleNode):
             if not self._stream.source.live:
                 self._end.reset()
         except DeviceLost as error:
-            self._refuse(str(error), time.monotonic() + RETRY_S)
+            self._refuse(str(error), time.monotonic() + SOURCES.retry_s)
             return TransitionCallbackReturn.FAILURE
         except TactileError as error:
             self._refusal = error
@@ -420,7 +411,7 @@ class DriverNode(LifecycleNode):
         elif self._over_s is None:
             self._over_s = time.monotonic()
             self._diagnostics.update()
-        elif not self._settings['stay'] and time.monotonic() - self._over_s > _FAREWELL_S:
+        elif not self._settings['stay'] and time.monotonic() - self._over_s > NODES.farewell_s:
             raise KeyboardInterrupt  # ends run_nodes as Ctrl-C does
 
     def _check_change(self, changes: dict) -> None:

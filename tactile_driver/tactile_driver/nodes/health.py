@@ -9,12 +9,11 @@ from collections import deque
 
 import numpy as np
 
-from ..sources.capture import MIN_SILENCE_S, SILENCE_PERIODS, WINDOW_S, CaptureStatus
+from ..sources.capture import CaptureStatus
+from ..sources.constants import SOURCES
+from .constants import NODES
 from .runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 
-_RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of saturated samples that give a warning
-_TOLERATED_SKIPS = 0.05  # share of skipped frames that is not reported: the machine was busy for a moment
-_BLOCKS = 4000  # of samples in the span of a meter's rate and shares, at a thousand a second
 _STATES = {'paused': 'ready, not active', 'ended': 'ended: the recording is over; clean up and configure to play it again'}
 #: key of the number of messages that were published before the first one arrived
 MISSED = 'missed at start'
@@ -30,7 +29,7 @@ class SampleMeter:
     def __init__(self, saturation: float):
         self._saturation = saturation
         self.samples = 0
-        self._recent: deque[tuple[float, int, int]] = deque(maxlen=_BLOCKS)  # monotonic s, samples, saturated ones
+        self._recent: deque[tuple[float, int, int]] = deque(maxlen=NODES.meter_blocks)  # monotonic s, samples, saturated ones
 
     def add(self, volts: np.ndarray) -> None:
         """Count samples (N, 4), V."""
@@ -39,7 +38,7 @@ class SampleMeter:
 
     def _lately(self) -> np.ndarray:
         recent = np.array(list(self._recent)).reshape(-1, 3)  # another thread adds
-        return recent[recent[:, 0] >= time.monotonic() - WINDOW_S]
+        return recent[recent[:, 0] >= time.monotonic() - SOURCES.window_s]
 
     @property
     def rate(self) -> float:
@@ -73,7 +72,7 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, warning: str,
     if meter is not None:
         values |= {'samples': meter.samples, 'saturated (%)': 100 * meter.saturated_part, 'messages': values.pop('frames')}
     level, message = _judged(status, rate, nominal, live, bool(about.get('idle')), warning, about.get('limit', ''))
-    if level == OK and status.state == 'running' and meter is not None and meter.saturated_part > _SATURATED:
+    if level == OK and status.state == 'running' and meter is not None and meter.saturated_part > NODES.max_saturated_share:
         level, message = WARN, f'{100 * meter.saturated_part:.0f} % of the samples are saturated; reduce the light or the amplifier gain'
     return Health(WARN, warning, values) if level == OK and warning else Health(level, message, values)
 
@@ -87,11 +86,11 @@ def _judged(status: CaptureStatus, rate: float, nominal: float, live: bool, idle
         return ERROR, status.error
     if idle:
         return OK, 'nobody subscribes'
-    if live and status.age_s > max(MIN_SILENCE_S, SILENCE_PERIODS / max(nominal, 1.0)):
+    if live and status.age_s > max(SOURCES.min_silence_s, SOURCES.max_silent_periods / max(nominal, 1.0)):
         return ERROR, warning or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'
-    if live and nominal > 0 and rate < _RATE_TOLERANCE * nominal:
+    if live and nominal > 0 and rate < NODES.min_rate_share * nominal:
         return WARN, f'{rate:.1f} Hz instead of {nominal:.1f} Hz; {limit}{" " if limit else ""}a busy machine'
-    if status.left_out > _TOLERATED_SKIPS:
+    if status.left_out > NODES.max_skipped_share:
         return WARN, (f'{100 * status.left_out:.0f} % of the frames are skipped: this machine is too slow; lower the rate, choose a faster '
                       'method or end other programs')
     return OK, 'waiting for the first frame' if math.isnan(rate) else f'{rate:.1f} Hz'

@@ -9,8 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..sources.source import NothingYet, Source
-
-_MAX_WAIT_S = 0.1  # of one read
+from .constants import NODES
 
 
 class ReceivedMessages:
@@ -32,7 +31,7 @@ class ReceivedMessages:
     def next(self, is_ready: Callable[[], bool] = lambda: True) -> Any:
         """Remove and return the oldest message, once is_ready. Raises NothingYet after 0.1 s without one."""
         with self._arrived:
-            if not self._arrived.wait_for(lambda: self._queue and is_ready(), _MAX_WAIT_S):
+            if not self._arrived.wait_for(lambda: self._queue and is_ready(), NODES.max_read_s):
                 raise NothingYet
             return self._queue.popleft()
 

@@ -14,12 +14,12 @@ from ..errors import BadArgument
 from ..frame import COMPRESSED, CameraCalibration, Frame, calibration_of_info
 from ..sources.source import NS, Source
 from ..stamp_gaps import StampGaps
+from .constants import NODES
 from .messages.conversions import frame_of_message
 from .received_messages import ReceivedMessages
 from .runtime.host import AdaptiveSubscription
 from .runtime.ros_defaults import CAMERA_INFO_PATIENCE_S
 
-_MAX_QUEUE = 4  # frames; the pairing keeps 8 more
 _QUEUE = QoSProfile(depth=10)
 #: Reliable where it is offered: of a player that also sends large images the camera_info was lost for 10 s on a busy machine.
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -45,7 +45,7 @@ class TopicSource(Source):
         self._infos: AdaptiveSubscription | None = None
         self._image: AdaptiveSubscription | None = None
         self._gaps = StampGaps(topic)
-        self._received = ReceivedMessages(self, _MAX_QUEUE)
+        self._received = ReceivedMessages(self, NODES.max_waiting_images)
 
     def open(self) -> None:
         """Subscribe to the camera_info; read subscribes to the images."""

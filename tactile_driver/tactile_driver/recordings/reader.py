@@ -16,10 +16,10 @@ from rosbag2_py import ConverterOptions, MetadataIo, SequentialCompressionReader
 from ..errors import BadFrame, BadRecording
 from ..frame import COMPRESSED
 from ..frame_names import sensor_frame
+from .constants import RECORDINGS
 from .serialization import decode
 from .truth import RecordedTruth
 
-_MAX_REASONS = 50  # distinct reasons kept; further ones are counted together
 _NUMBER = re.compile(r'-?\d+(\.\d+)?')
 
 
@@ -32,7 +32,7 @@ class LeftOut:
     def add(self, where: str, reason: str, stamp_ns: int | None = None, count: int = 1) -> None:
         """Count skipped items. where: topic or file; stamp_ns: stamp of the message, ns; count: number of items."""
         key = (where, _NUMBER.sub('#', reason))
-        if key not in self._found and len(self._found) >= _MAX_REASONS:
+        if key not in self._found and len(self._found) >= RECORDINGS.max_reasons:
             key, reason = ('elsewhere', ''), 'other reasons'
         entry = self._found.setdefault(key, [0, reason, stamp_ns])
         entry[0] += count

@@ -13,12 +13,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rosidl_runtime_py.utilities import get_message
 
 from ..errors import BadFrame
+from .constants import RECORDINGS
 
-_HEADER = 4  # bytes of encapsulation, from the end of which CDR counts its alignment
 #: Bytes of a value by its number in a type description (type_description_interfaces/msg/FieldType); 0: a string.
 _SIZES = {2: 1, 3: 1, 4: 2, 5: 2, 6: 4, 7: 4, 8: 8, 9: 8, 10: 4, 11: 8, 13: 1, 15: 1, 16: 1, 17: 0, 21: 0}
-_NESTED = 1
-_KIND = 48  # numbers are those of one value, then of arrays, of bounded and of unbounded sequences, so far apart
 
 
 def decode(data: bytes, type_name: str):
@@ -40,7 +38,7 @@ def encode(message) -> tuple[str, bytes]:
     zero, and the unused end of its buffer is cut off."""
     type_name = type_name_of(type(message))
     data = bytearray(serialize_message(message))
-    return type_name, bytes(data[:_clear(data, _HEADER, _fields(type_name))])
+    return type_name, bytes(data[:_clear(data, RECORDINGS.header_bytes, _fields(type_name))])
 
 
 def type_name_of(message_type: type) -> str:
@@ -87,8 +85,8 @@ def _fields(type_name: str) -> list[Field]:
 def _laid_out(type_name: str, nested: dict[str, list]) -> list[Field]:
     found: list[Field] = []
     for kind in (field['type'] for field in nested[type_name]):
-        form, number = divmod(kind['type_id'], _KIND)
-        entry = _laid_out(kind['nested_type_name'], nested) if number == _NESTED else [(1, _SIZES[number], None)]
+        form, number = divmod(kind['type_id'], RECORDINGS.types_per_kind)
+        entry = _laid_out(kind['nested_type_name'], nested) if number == RECORDINGS.nested_type else [(1, _SIZES[number], None)]
         count = kind['capacity'] if form == 1 else -1
         if form and len(entry) == 1 and entry[0][0] > 0 and entry[0][1] >= 0:  # such as Point: three doubles
             entry = [(count * entry[0][0], entry[0][1], None)]
@@ -123,6 +121,6 @@ def _clear(data: bytearray, at: int, fields: list[Field]) -> int:
 
 
 def _aligned(data: bytearray, at: int, size: int) -> int:
-    end = at + (_HEADER - at) % size
+    end = at + (RECORDINGS.header_bytes - at) % size
     data[at:end] = bytes(end - at)
     return end

@@ -13,23 +13,21 @@ import yaml
 from rosbag2_py import ConverterOptions, SequentialWriter, StorageOptions, TopicMetadata, to_rclcpp_qos_vector
 
 from ..errors import BadArgument
+from .constants import RECORDINGS
 from .serialization import encode, type_hash
 
 #: Presets of rosbag2's MCAP storage: compressed chunks; no chunks, so that each message goes to the file at once.
 COMPRESSED, AT_ONCE = 'zstd_fast', 'fastwrite'
-_VERSION = 9  # of rosbag2's metadata in Jazzy, in which QoS policies have names
 _FOR_EVER = {'sec': 9223372036, 'nsec': 854775807}  # RMW_DURATION_INFINITE of rmw
 _TIMES = ('deadline', 'lifespan', 'liveliness_lease_duration')
-_DEPTH = 10
-_MARGIN = 1 << 20  # bytes: no message is begun without so much room on the disk, because rosbag2 does not notice that one is cut
 _LATCHED = ('/tf_static', '/description', '/camera_info')
 
 
 def usual_qos(topic: str) -> dict:
     """QoS that this software offers on a topic: reliable; transient local on topics whose last message late subscribers need."""
     durability = 'transient_local' if topic.endswith(_LATCHED) else 'volatile'
-    return {'history': 'keep_last', 'depth': _DEPTH, 'reliability': 'reliable', 'durability': durability, 'liveliness': 'automatic',
-            **{name: dict(_FOR_EVER) for name in _TIMES}, 'avoid_ros_namespace_conventions': False}
+    return {'history': 'keep_last', 'depth': RECORDINGS.depth, 'reliability': 'reliable', 'durability': durability,
+            'liveliness': 'automatic', **{name: dict(_FOR_EVER) for name in _TIMES}, 'avoid_ros_namespace_conventions': False}
 
 
 def recorded_qos(profile) -> dict:
@@ -67,14 +65,14 @@ class BagWriter:
 
     def add_topic(self, topic: str, type_name: str, offered: Sequence[dict] = ()) -> None:
         """Add a topic with the QoS that its publishers offer, before its first message; default: usual_qos."""
-        qos = to_rclcpp_qos_vector(yaml.safe_dump(list(offered) or [usual_qos(topic)]), _VERSION)
+        qos = to_rclcpp_qos_vector(yaml.safe_dump(list(offered) or [usual_qos(topic)]), RECORDINGS.metadata_version)
         self._writer.create_topic(TopicMetadata(id=len(self._topics), name=topic, type=type_name, serialization_format='cdr',
                                                 offered_qos_profiles=qos, type_description_hash=type_hash(type_name)))
         self._topics.add(topic)
 
     def write(self, topic: str, type_name: str, stamp_ns: int, data: bytes) -> None:
         """Append one serialised message; type_name such as 'sensor_msgs/msg/Image'. Raises OSError, and drops it, where that fails."""
-        if shutil.disk_usage(self.path).free < len(data) + _MARGIN:
+        if shutil.disk_usage(self.path).free < len(data) + RECORDINGS.free_bytes:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self.path))
         if topic not in self._topics:
             self.add_topic(topic, type_name)

@@ -11,13 +11,10 @@ import numpy as np
 
 from ..frame import SampleBlock
 from ..sources.source import NS
+from .constants import SERIAL
 from .frames import CountFrame
 
 NS_PER_US = 1000
-_WRAP = 2**32
-_BLOCK_NS, _BLOCKS = 10**9, 5  # length of a block, and how many are kept: a crystal off by 50 ppm moves by 0.25 ms meanwhile
-_MAX_STEP_NS = 10**9  # difference of device and host intervals that counts as a restart of the device
-_SLEW = 0.05  # correction per elapsed time: stamps converge without going back
 
 
 class DeviceClock:
@@ -34,7 +31,7 @@ class DeviceClock:
 
     def _forget(self) -> None:
         self._last: tuple[int, int, int] | None = None  # device us, the same continued over wraps, ns, and its arrival, ns
-        self._min_offsets: deque[int] = deque(maxlen=_BLOCKS)  # least offset, ns, of each second
+        self._min_offsets: deque[int] = deque(maxlen=SERIAL.blocks)  # least offset, ns, of each second
         self._block_end = 0
         self._shown: tuple[int, float] | None = None  # device ns, offset ns of the last answer
 
@@ -48,8 +45,9 @@ class DeviceClock:
             device_ns = time_us * NS_PER_US
             if self._last is not None:
                 last_us, last_ns, host_ns = self._last
-                device_ns = last_ns + ((time_us - last_us + _WRAP // 2) % _WRAP - _WRAP // 2) * NS_PER_US
-                if abs(device_ns - last_ns - (arrived_ns - host_ns)) > _MAX_STEP_NS:
+                half = SERIAL.clock_wrap // 2
+                device_ns = last_ns + ((time_us - last_us + half) % SERIAL.clock_wrap - half) * NS_PER_US
+                if abs(device_ns - last_ns - (arrived_ns - host_ns)) > SERIAL.max_step_ns:
                     mapped += self._mapped(waiting, arrived_ns)
                     waiting, device_ns = [], time_us * NS_PER_US
                     self._forget()
@@ -59,25 +57,21 @@ class DeviceClock:
         return mapped + self._mapped(waiting, arrived_ns - span_ns)
 
     def _mapped(self, device_ns: list[int], arrived_ns: int) -> list[int]:
-        """Host times, ns, of frames that arrived together, all with one offset; it changes by at most _SLEW, so stamps stay in order."""
+        """Host times, ns, of frames that arrived together, all with one offset, which changes so slowly that stamps stay in order."""
         if not device_ns:
             return []
         newest = device_ns[-1]
         offset = arrived_ns - newest
         if not self._min_offsets or newest >= self._block_end:
             self._min_offsets.append(offset)
-            self._block_end = newest + _BLOCK_NS
+            self._block_end = newest + SERIAL.block_ns
         self._min_offsets[-1] = min(self._min_offsets[-1], offset)
         offset = float(min(self._min_offsets))
         if self._shown is not None:
-            most = _SLEW * abs(newest - self._shown[0])
+            most = SERIAL.slew * abs(newest - self._shown[0])
             offset = self._shown[1] + min(max(offset - self._shown[1], -most), most)
         self._shown = newest, offset
         return [ns + round(offset) for ns in device_ns]
-
-
-_PERIOD_INTERVALS = 64  # latest intervals whose median is the period, for frames without one
-_TOLERANCE = 0.5  # periods by which a sample may deviate from the regular grid before it counts as a gap
 
 
 class SampleAssembler:
@@ -90,7 +84,7 @@ class SampleAssembler:
         self.clock = DeviceClock()
         self.missing = 0
         self._scale = volts_full_scale
-        self._steps: deque[float] = deque(maxlen=_PERIOD_INTERVALS)
+        self._steps: deque[float] = deque(maxlen=SERIAL.period_intervals)
         self._last_ns: int | None = None  # host time of the last sample delivered
         self._resets = 0
 
@@ -111,7 +105,7 @@ class SampleAssembler:
             period = frame.interval_ns or (float(np.median(self._steps)) if self._steps else math.nan)
             if follows and period > 0:
                 self.missing += max(round(step / period) - 1, 0)
-            if runs[-1] and abs(step - period) > _TOLERANCE * period:
+            if runs[-1] and abs(step - period) > SERIAL.grid_tolerance * period:
                 runs.append([])
             runs[-1].append((frame, stamp, stamp + span, period))
             self._last_ns, self._resets = stamp + span, self.clock.resets

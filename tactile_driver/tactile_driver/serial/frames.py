@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BadArgument
+from .constants import SERIAL
 
 
 @dataclass(frozen=True)
@@ -56,11 +57,6 @@ LARGEST = 256
 _HEADER = struct.Struct('<2sBBIIIBB')
 _CHECK = struct.Struct('<H')
 _HEAD = _HEADER.size + _CHECK.size
-_TAIL = _CHECK.size + 1
-_START = 0xffff
-_MAX_GAP = 2**16  # frames; a longer one is a restart
-
-
 _KINDS = {SAMPLES: 'samples', MATRIX: 'a matrix', VECTORS: 'vectors'}
 
 
@@ -73,7 +69,7 @@ def _number(kind: int, bits: int) -> str:
 
 def frame_size(rows: int, columns: int, bits: int) -> int:
     """Length of a frame of rows x columns counts, bytes."""
-    return _HEAD + rows * columns * (1 if bits == 8 else 2 if bits <= 16 else 4) + _TAIL
+    return _HEAD + rows * columns * (1 if bits == 8 else 2 if bits <= 16 else 4) + _CHECK.size + 1
 
 
 def write_frame(frame: CountFrame, kind: int) -> bytes:
@@ -87,7 +83,7 @@ def write_frame(frame: CountFrame, kind: int) -> bytes:
                           'vectors 16 or 32')
     rows, columns = values.shape
     head = _HEADER.pack(SYNC, kind, frame.bits, frame.sequence % 2**32, frame.time_us % 2**32, frame.interval_ns, rows - 1, columns - 1)
-    payload, check = values.astype(number).tobytes(), crc_hqx(head, _START)
+    payload, check = values.astype(number).tobytes(), crc_hqx(head, SERIAL.crc_start)
     return b''.join((head, _CHECK.pack(check), payload, _CHECK.pack(crc_hqx(payload, check)), bytes([END])))
 
 
@@ -136,7 +132,7 @@ class BinaryReader:
         if len(buffer) - offset < _HEAD:
             return None, None
         head = bytes(buffer[offset:offset + _HEADER.size])
-        check = crc_hqx(head, _START)
+        check = crc_hqx(head, SERIAL.crc_start)
         if _CHECK.unpack_from(buffer, offset + _HEADER.size)[0] != check:
             self.counts.bad_crc += 1
             return len(SYNC), None
@@ -150,8 +146,9 @@ class BinaryReader:
         size = frame_size(*shape, bits)
         if len(buffer) - offset < size:
             return None, None
-        payload = bytes(buffer[offset + _HEAD:offset + size - _TAIL])
-        if buffer[offset + size - 1] != END or _CHECK.unpack_from(buffer, offset + size - _TAIL)[0] != crc_hqx(payload, check):
+        end = offset + size - _CHECK.size - 1
+        payload = bytes(buffer[offset + _HEAD:end])
+        if buffer[offset + size - 1] != END or _CHECK.unpack_from(buffer, end)[0] != crc_hqx(payload, check):
             self.counts.bad_crc += 1
             return len(SYNC), None
         values = np.frombuffer(payload, _number(kind, bits)).reshape(shape)
@@ -162,13 +159,12 @@ class BinaryReader:
         self.counts.stranger = ''
         if self._last is not None:
             step = (sequence - self._last) % 2**32
-            self.counts.missing += step - 1 if 0 < step <= _MAX_GAP else 0
-            self.counts.resets += not 0 < step <= _MAX_GAP
+            self.counts.missing += step - 1 if 0 < step <= SERIAL.max_missing_frames else 0
+            self.counts.resets += not 0 < step <= SERIAL.max_missing_frames
         self._last = sequence
         return size, CountFrame(values, time_us, interval_ns, sequence, bits)
 
 
-_MAX_LINE = 256  # bytes; longer data without an end of line is discarded
 _SPLIT = re.compile(rb'[,;\s]+')
 
 
@@ -176,7 +172,7 @@ def write_line(values: list[int], time_us: int | None = None) -> bytes:
     """One line: the device time, us (optional), the counts and the checksum."""
     fields = [*([] if time_us is None else [time_us % 2**32]), *values]
     text = ','.join(map(str, fields)).encode()
-    return text + b'*%04X\n' % crc_hqx(text, _START)
+    return text + b'*%04X\n' % crc_hqx(text, SERIAL.crc_start)
 
 
 class LineReader:
@@ -197,7 +193,7 @@ class LineReader:
     def feed(self, data: bytes) -> list[CountFrame]:
         """The samples of the lines completed by these bytes, in order."""
         *lines, self._rest = (self._rest + data).split(b'\n')
-        if len(self._rest) > _MAX_LINE:
+        if len(self._rest) > SERIAL.max_line_bytes:
             self.counts.garbage += len(self._rest)
             self._rest, self._begun = b'', False
         frames = []
@@ -212,7 +208,7 @@ class LineReader:
         text, star, check = line.strip().partition(b'*')
         if not text or text.startswith(b'#'):
             return None
-        if (star or self._checked) and check.strip().upper() != b'%04X' % crc_hqx(text, _START):
+        if (star or self._checked) and check.strip().upper() != b'%04X' % crc_hqx(text, SERIAL.crc_start):
             self.counts.bad_crc += 1
             return None
         fields = _SPLIT.split(text.strip(b',; \t'))

@@ -13,9 +13,9 @@ from serial.tools import list_ports
 
 from ..errors import BadArgument, DeviceLost
 from ..sources.source import Clock, NothingYet, Source
+from .constants import SERIAL
 from .frames import CountFrame, FrameCounts
 
-_WAIT_S = 0.1
 _BY_ID = Path('/dev', 'serial', 'by-id')
 
 
@@ -102,7 +102,7 @@ class SerialSource(Source):
         self.close()
         self._path, baud = find_port(self._values['device']), self._values['baud']
         try:
-            self._port = serial.Serial(self._path, baud, timeout=_WAIT_S, exclusive=True)
+            self._port = serial.Serial(self._path, baud, timeout=SERIAL.max_read_s, exclusive=True)
         except (OSError, ValueError) as error:  # SerialException is an OSError
             raise DeviceLost(f'device: {self._path} cannot be opened at {baud} baud: {error}; is it in use, or access denied '
                              '(group dialout)?') from error

@@ -13,6 +13,7 @@ from ..frame import CHANNELS, SampleBlock
 from ..simulation.psd.scene import open_psd_scene
 from ..sources.source import NS, Clock, EvenPace, SceneSource, stamp_of, wait_until
 from .clock import SampleAssembler
+from .constants import SERIAL
 from .frames import SAMPLES, BinaryReader, LineReader
 from .port import SerialSource
 
@@ -49,8 +50,6 @@ class Demodulator:
         return [SampleBlock(net[run], round(begin_ns + used[run[0]] * period_ns), 2 * block.period_s) for run in runs]
 
 
-_LONGEST_POLL_S = 0.01  # Linux buffers 4 KB of unread input: 10 ms at 400 KB/s
-
 FORMATS = ('binary', 'csv')
 
 
@@ -75,7 +74,7 @@ class PsdSerialSource(SerialSource):
         super()._begin()
         self._lost, self._resets = self.skipped, self._resets + self._assembler.clock.resets
         self._assembler = SampleAssembler(self._values['adc.full_scale'])
-        self._poll_s = min(self._values['batch_period'], _LONGEST_POLL_S)
+        self._poll_s = min(self._values['batch_period'], SERIAL.max_poll_s)
         self._pace = EvenPace(1 / self._poll_s)
         self._waiting, self._due_ns = [], 0
 

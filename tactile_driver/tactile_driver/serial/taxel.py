@@ -11,6 +11,7 @@ from ..frame import Frame, matrix_frame, sent_shape
 from ..simulation.taxel.scene import open_taxel_scene
 from ..sources.array_file import read_array_file
 from ..sources.source import Clock, SceneSource
+from .constants import SERIAL
 from .frame_sources import FrameFileSource, FrameSerialSource
 from .frames import MATRIX, BinaryReader
 
@@ -27,9 +28,6 @@ class TaxelSerialSource(FrameSerialSource):
         return matrix_frame(values, (0, 0), stamp_ns, label)
 
 
-_RATE, _FOLDER_RATE = 100.0, 10.0  # Hz of a file without times, as the simulated array, and of a folder, as slow mats
-
-
 class TaxelFileSource(FrameFileSource):
     """A recording as of read_array_file. values: its, and those of PlayedSource (without times, a rate of -1 is 100 Hz, of a
     folder 10 Hz)."""
@@ -41,7 +39,7 @@ class TaxelFileSource(FrameFileSource):
     def _load(self) -> tuple[np.ndarray, np.ndarray | None, float]:
         recording = read_array_file(self._path, self._values)
         self.warning, self._about = recording.warning, recording.about
-        return recording.frames, recording.times, _FOLDER_RATE if self._path.is_dir() else _RATE
+        return recording.frames, recording.times, SERIAL.folder_rate if self._path.is_dir() else SERIAL.file_rate
 
     def _made(self, values: np.ndarray, stamp_ns: int, label: str) -> Frame:
         return matrix_frame(values, sent_shape(self._values), stamp_ns, label)

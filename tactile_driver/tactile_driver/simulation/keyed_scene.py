@@ -10,8 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from ..errors import BadArgument, by_name
-
-_ROUNDING = 1e-6  # steps: the times of two frames are rounded, which must not add a step
+from .constants import SIMULATION
 
 
 class KeyedScene(ABC):
@@ -44,7 +43,7 @@ class KeyedScene(ABC):
         time = time % self.duration
         if time < self._now:
             self._begin()
-        begin, steps = self._now, max(math.ceil((time - self._now) / step - _ROUNDING), 1)
+        begin, steps = self._now, max(math.ceil((time - self._now) / step - SIMULATION.step_rounding), 1)
         return time, [begin + (time - begin) * k / steps for k in range(1, steps + 1)]
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..errors import BadRecording
 from ..frame import sent_shape
+from .constants import SOURCES
 from .source import natural_key
 
 TABLES = ('.csv', '.tsv', '.txt')
@@ -24,17 +25,12 @@ AXES = 'xyz'  # of a taxel that measures three numbers
 _TIMES = {'t': 1.0, 'stamps': 1.0, 't_ms': 1e-3}  # name of the times in an .npz: their unit, s
 _SEPARATORS = ';', '\t', ','  # in this order: a line with semicolons may have commas in its numbers; else blanks
 _TIME = re.compile(r'time|stamp|elapsed|^secs?\b|^t(_?[mun]?s)?($|\W)', re.IGNORECASE)  # name of a column of times
-_SHOWN = 8  # names of columns in an error message
 _COUNT = re.compile(r'(|#|n|no|id|unnamed.*|.*index|.*frame.*|sample.*|seq.*|count.*)', re.IGNORECASE)  # name of a column that counts
 _UNIT = re.compile('(?<![a-z])([mun]s)(?![a-z])', re.IGNORECASE)
 _UNITS = {'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}  # s
 _EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))  # a time without a unit that is larger counts nano-, micro- or milliseconds since 1970
 _CLOCK = re.compile(r'\d+:\d+:\d+(\.\d+)?')  # a time of day
 _MARK = re.compile(r'\W*(frame|@@|end)', re.IGNORECASE)  # a line between frames, as Tekscan's exports have
-_LARGEST = 2**16 - 1  # value of a mono16 image
-_SAMPLE = 1_000_000  # values from which the smallest difference is taken
-_ABSURD = 1e30  # from which a number is none: it fills an unwritten cell
-_REFERENCE = 10  # frames at the start that are taken as untouched, as reference.frames of taxel_contact_node
 
 
 class ArrayRecording(NamedTuple):
@@ -75,7 +71,7 @@ def read_array_file(path: Path, values: Mapping) -> ArrayRecording:
     try:
         stored = _folder(path, values) if path.is_dir() else _file(path, values)
         frames = _arranged(stored, values)
-        if not (np.abs(frames) < _ABSURD).any():
+        if not (np.abs(frames) < SOURCES.max_number).any():
             raise BadRecording('it holds no frame with a number in it')
         if stored.times is not None and len(stored.times) != len(frames):
             raise BadRecording(f'it holds {len(frames)} frames but {len(stored.times)} times')
@@ -134,7 +130,8 @@ def _vector_table(path: Path, count: int, columns: str) -> _Stored:
     if columns:
         kept = [k for k, name in enumerate(names) if re.fullmatch(columns, name)]
         if not kept:
-            shown = ', '.join(names[:_SHOWN]) + (', ...' if len(names) > _SHOWN else '') if names else 'none'
+            most = SOURCES.max_listed_columns
+            shown = ', '.join(names[:most]) + (', ...' if len(names) > most else '') if names else 'none'
             raise BadRecording(f'no column has a name that is {columns!r} as a whole; the names are: {shown}; correct columns')
     else:
         kept = [k for k in range(table.shape[1]) if not names or k not in marks and not _COUNT.fullmatch(names[k])]
@@ -301,24 +298,24 @@ def _counts(frames: np.ndarray, times: np.ndarray | None, inverted: bool) -> Arr
     """Frames of any numbers as whole numbers of 8 or 16 bits. Whole numbers in range stay as they are; others are counted from the lowest
     in steps of the smallest difference, or of the 65535th part of their range."""
     values = frames.astype(float)
-    finite = np.abs(values) < _ABSURD
+    finite = np.abs(values) < SOURCES.max_number
     low, high = float(values[finite].min()), float(values[finite].max())
     values = np.where(finite, values, high if inverted else low)
     warning = '' if inverted else _falling(values)
     whole = bool((values == np.round(values)).all())
     about = f'{"whole numbers" if whole else "numbers"} from {low:.6g} to {high:.6g}'
-    if whole and 0 <= low and high <= _LARGEST and not inverted:
+    if whole and 0 <= low and high <= SOURCES.max_value and not inverted:
         kind = np.uint8 if frames.dtype == np.uint8 else np.uint16
         return ArrayRecording(values.astype(kind), times, f'{about}, at least {max(int(high).bit_length(), 8)} bits', warning)
     values, shown = (high - values, f'{high:.6g} - value') if inverted else (values - low, f'value - {low:.6g}')
-    step = 1.0 if whole and high - low <= _LARGEST else _step(values)
+    step = 1.0 if whole and high - low <= SOURCES.max_value else _step(values)
     return ArrayRecording(np.round(values / step).astype(np.uint16), times, f'{about}; the image holds ({shown}) / {step:.6g}', warning)
 
 
 def _step(values: np.ndarray) -> float:
     """What one unit of the image means, in units of the values (N, rows, columns), which are at least 0."""
-    coarse = max(float(values.max()) / _LARGEST, np.finfo(float).tiny)
-    apart = np.diff(np.unique(values.ravel()[::1 + values.size // _SAMPLE]))
+    coarse = max(float(values.max()) / SOURCES.max_value, np.finfo(float).tiny)
+    apart = np.diff(np.unique(values.ravel()[::1 + values.size // SOURCES.step_sample]))
     apart = apart[apart > coarse]
     return float(apart.min()) if len(apart) else coarse
 
@@ -326,8 +323,8 @@ def _step(values: np.ndarray) -> float:
 def _falling(values: np.ndarray) -> str:
     """Says so where the values (N, rows, columns) fall below the first ones more than they rise above them. A sensor that shows zeros
     subtracts its untouched values itself, and rises."""
-    first = np.median(values[:_REFERENCE], axis=0)
-    if len(values) <= _REFERENCE or np.count_nonzero(first == 0) > 0.5 * first.size:
+    first = np.median(values[:SOURCES.untouched_frames], axis=0)
+    if len(values) <= SOURCES.untouched_frames or np.count_nonzero(first == 0) > 0.5 * first.size:
         return ''
     change = (values - first).sum(axis=(1, 2))
     fall, rise = -float(change.min()), float(change.max())

@@ -12,11 +12,8 @@ from dataclasses import dataclass, replace
 
 from ..errors import BadFrame, DeviceLost, TactileError
 from ..frame import Frame, PairFrame
+from .constants import SOURCES
 from .source import EndOfSource, NothingYet, Source
-
-WINDOW_S = 4.0  # span of rates and shares
-SILENCE_PERIODS, MIN_SILENCE_S = 5, 1.0  # frame periods, and s: a source silent for longer than both is absent
-_RECENT = 2000  # frames: over WINDOW_S at 500 Hz
 
 
 class FrameQueue:
@@ -26,7 +23,7 @@ class FrameQueue:
     def __init__(self, keep: int):
         self.frames: deque[tuple[float, object]] = deque(maxlen=keep)  # monotonic s of arrival
         self.left_out, self.waited_s = 0, 0.0
-        self._passed: deque[tuple[float, bool]] = deque(maxlen=_RECENT)  # monotonic s, whether it was taken
+        self._passed: deque[tuple[float, bool]] = deque(maxlen=SOURCES.recent_frames)  # monotonic s, whether it was taken
 
     def add(self, frame: object) -> None:
         """Append a frame; the oldest one makes room for it."""
@@ -50,15 +47,8 @@ class FrameQueue:
     def share_left_out(self) -> float:
         """Share of the last seconds' frames that were skipped, 0 to 1."""
         now = time.monotonic()
-        recent = [taken for passed, taken in self._passed if now - passed < WINDOW_S]
+        recent = [taken for passed, taken in self._passed if now - passed < SOURCES.window_s]
         return recent.count(False) / len(recent) if recent else 0.0
-
-
-RETRY_S = 0.2  # between two tries to open a device that is missing: it is back soon after it was plugged in
-_IDLE_S = 0.02  # poll period while there is nothing to read
-_RATE_WINDOW = 120  # frames over which the rate is measured
-_OTHER_SIZE_S = 0.3  # frames of another size for this long are permanent
-_LOG_AGAIN_S = 10.0  # time without bad frames after which the next one is logged
 
 
 @dataclass(frozen=True)
@@ -97,7 +87,7 @@ class Capture:
         self._slot = FrameQueue(keep)
         self._changed = changed or threading.Condition()
         self._stopped, self._active = threading.Event(), threading.Event()
-        self._arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
+        self._arrivals: deque[float] = deque(maxlen=SOURCES.rate_frames)
         self._status = CaptureStatus('lost' if lost else 'paused', 0, 0, 0, math.nan, math.nan, lost)
         self._bad, self._last_bad_s = 0, -math.inf
         self._sizes, self._begun, self._other_since_s = {}, False, None
@@ -153,7 +143,7 @@ class Capture:
         with self._changed:
             arrivals, left_out, now = list(self._arrivals), self._slot.share_left_out, time.monotonic()
         # Only the last seconds count: the rate of a stopped camera falls to 0.
-        recent = [t for t in arrivals if now - t < WINDOW_S]
+        recent = [t for t in arrivals if now - t < SOURCES.window_s]
         rate = (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else 0.0 if arrivals else math.nan
         return replace(self._status, rate=rate, age_s=now - arrivals[-1] if arrivals else math.nan, left_out=left_out,
                        dropped=self._slot.left_out + self._source.skipped, corrupt=self._bad + self._source.corrupt)
@@ -166,7 +156,7 @@ class Capture:
             if self._status.state == 'lost':
                 self._reopen()
             elif self._status.state in ('ended', 'failed') or not self._due():
-                self._stopped.wait(_IDLE_S)
+                self._stopped.wait(SOURCES.idle_s)
             else:
                 self._read_one()
 
@@ -193,7 +183,7 @@ class Capture:
             self._report('info', str(end))
         except BadFrame as error:  # counted; the first of many is logged
             now = time.monotonic()
-            if now - self._last_bad_s > _LOG_AGAIN_S:
+            if now - self._last_bad_s > SOURCES.log_again_s:
                 self._report('error', str(error))
             self._bad, self._last_bad_s = self._bad + 1, now
             self._set(error=str(error), failing=True)
@@ -218,7 +208,7 @@ class Capture:
                 name = f'{view} frame' if view else 'frame'
                 what = f'a {name} of {size[0]} x {size[1]} px among frames of {first[0]} x {first[1]} px'
                 self._other_since_s = self._other_since_s or time.monotonic()
-                if self._source.live and time.monotonic() - self._other_since_s > _OTHER_SIZE_S:
+                if self._source.live and time.monotonic() - self._other_since_s > SOURCES.other_size_s:
                     raise DeviceLost(f'{what}, and no others any more; the device is opened again')
                 raise BadFrame(f'{what}; it is skipped')
         self._other_since_s = None
@@ -236,7 +226,7 @@ class Capture:
             self._changed.notify_all()
 
     def _reopen(self) -> None:
-        if self._stopped.wait(RETRY_S):
+        if self._stopped.wait(SOURCES.retry_s):
             return
         try:
             self._source.open()

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ..errors import BadArgument
 from ..frame import CameraCalibration, Frame, PairFrame
+from .constants import SOURCES
 
 Clock = Callable[[], int]
 
@@ -126,7 +127,6 @@ class Source:
 
 NS = 1_000_000_000
 FIRST_S = 1.0  # stamp of the first frame without a clock: much of ROS takes a stamp of zero for an unknown time
-_MAX_COMPARISON_NS, _TRIES = 50_000, 4  # three clock reads take a few us on an idle machine
 
 
 def stamp_of(captured_ns: int, clock: Clock) -> int:
@@ -145,7 +145,7 @@ def stamp_of(captured_ns: int, clock: Clock) -> int:
         Stamp in ns.
     """
     compared = []
-    while not compared or (compared[-1][0] > _MAX_COMPARISON_NS and len(compared) < _TRIES):
+    while not compared or (compared[-1][0] > SOURCES.max_comparison_ns and len(compared) < SOURCES.max_comparisons):
         before, now, after = time.monotonic_ns(), clock(), time.monotonic_ns()
         compared.append((after - before, now - (before + after) // 2))
     # Simulated time stands at 0 until its first message.
@@ -289,8 +289,8 @@ class PlayedSource(Source):
         now, due = time.monotonic_ns(), -math.inf
         if self._last is not None:
             step = NS / self.rate if self.rate > 0 else recorded_ns - self._last[0]
-            due = self._last[1] + step if 0 <= step <= _MAX_GAP_NS else due
-        due = due if now - due < _LATE_NS else now
+            due = self._last[1] + step if 0 <= step <= SOURCES.max_gap_ns else due
+        due = due if now - due < SOURCES.late_ns else now
         self._last = recorded_ns, due
         return round(due)
 
@@ -301,10 +301,6 @@ class PlayedSource(Source):
     def describe(self) -> dict:
         """Path, rate in Hz (-1: as recorded), and whether the recording restarts; see `Source.describe`."""
         return {'path': str(self._path), 'rate': self.rate, 'loop': self._loop}
-
-
-# A longer gap between stamps is a pause; a frame later than the second is due now.
-_MAX_GAP_NS, _LATE_NS = 5 * NS, NS // 10
 
 
 class SceneSource(Source):

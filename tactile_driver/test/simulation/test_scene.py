@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.scene.observe import SLIP_SPEED, Observer, find_region
+from tactile_driver.simulation.constants import SIMULATION
+from tactile_driver.simulation.scene.observe import Observer, find_region
 from tactile_driver.simulation.scene.specimen import TIMING, Script, Shutters, one_after_the_other, press
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
@@ -128,7 +129,7 @@ def test_drag_sticks_then_slips_in_part_then_altogether(drag):
 
 def test_a_dot_slips_when_it_moves_over_the_tool(drag):
     _, _, _, frames = drag
-    limit = SLIP_SPEED / RATE
+    limit = SIMULATION.slip_speed / RATE
     for (first, _, before), (second, _, now) in zip(frames[40:85], frames[41:86]):
         both = (first.dot_state > 0) & (second.dot_state > 0)
         displacement = now.to_tool(second.dot_xyz) - before.to_tool(first.dot_xyz)

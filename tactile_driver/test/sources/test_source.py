@@ -3,6 +3,7 @@
 """Time in sources: stamps, paces, and scenes in real time; every source is made from its node's parameters; the thread that reads one."""
 import threading
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -344,7 +345,7 @@ def paused_after(read, count):
 
 
 def test_a_camera_that_gives_another_size_for_good_is_set_up_anew(captured, monkeypatch):
-    monkeypatch.setattr(capture_module, '_OTHER_SIZE_S', 0.05)
+    monkeypatch.setattr(capture_module, 'SOURCES', replace(capture_module.SOURCES, other_size_s=0.05))
     size, source = [(4, 6)], FakeSource()
     numbered = source.read
     source.read = lambda wanted=True: numbered(wanted) and frame(len(source.asked), size[0])

@@ -10,7 +10,7 @@ from collections import deque
 
 from tactile_driver.nodes.health import MISSED
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, common_values
-from tactile_driver.sources.capture import WINDOW_S
+from tactile_driver.sources.constants import SOURCES
 from tactile_driver.sources.source import NS
 from tactile_driver.stamp_gaps import RECENT_MESSAGES, SAME_CLOCK_S, TOLERATED_LOSSES, StampGaps
 
@@ -162,4 +162,4 @@ def _middle(seconds: deque[float]) -> float:
 def _recent(times: deque[float]) -> list[float]:
     """The times within the window."""
     now = time.monotonic()
-    return [t for t in times if now - t < WINDOW_S]
+    return [t for t in times if now - t < SOURCES.window_s]

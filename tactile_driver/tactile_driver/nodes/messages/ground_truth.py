@@ -18,10 +18,10 @@ from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 from ...recordings.truth import RecordedTruth
 from ...simulation.truth import Touch, TruthFrame
 from ...sources.source import NS
+from ..constants import NODES
 from .conversions import header_of, point, polygon, quaternion_of, stamp_ns_of, vector
 
 _NAN = float('nan')
-_MAX_CONTACT_STEP = 5e-3  # m between frames; a contact that moves further gets a new id
 #: Name of a topic under ground_truth/ -> its type.
 TRUTH = {'tip': PointStamped, 'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
 #: a block of samples has several
@@ -40,7 +40,7 @@ class TouchNumbers:
         free, numbers = dict(self._last), []
         for touch in touches:
             best = min(free, key=lambda k: np.linalg.norm(free[k] - touch.position), default=None)
-            if best is None or np.linalg.norm(free[best] - touch.position) > _MAX_CONTACT_STEP:
+            if best is None or np.linalg.norm(free[best] - touch.position) > NODES.max_contact_step:
                 best, self._next = self._next, self._next + 1
             free.pop(best, None)
             numbers.append(best)

@@ -12,9 +12,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from std_msgs.msg import Header
 
+from ..constants import NODES
 from .ros_defaults import steady_timer
 
-_CALM_S = 1.0
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 
@@ -85,5 +85,5 @@ class LogOnce:
     def settle(self, key: str) -> None:
         """The problem did not occur now: after a second without it, log its next occurrence. A stream in which every other message is bad
         gives one line."""
-        if time.monotonic() - self._logged.get(key, math.inf) > _CALM_S:
+        if time.monotonic() - self._logged.get(key, math.inf) > NODES.calm_s:
             self.reset(key)

@@ -23,15 +23,10 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from ...errors import TactileError
+from ..constants import NODES
 
 #: exit code after a wrong argument: a restart would fail again
 EXIT_FAILURE = 2
-#: s: with Python's default of 5 ms a thread with a frame to publish waits for the one that reads or renders the next
-_SWITCH_S = 5e-4
-#: s that ending may take before the process says where it hangs and exits with code 1; launch kills it 15 s after Ctrl-C
-_ENDS_S = 12.0
-#: the same for what is left once nodes have written what they had to write
-CLOSES_S = 3.0
 #: options of glibc's malloc (malloc.h): a block from 2 MB on, such as a table of a model or what is computed with at the start, goes back
 #: to the system when it is freed; pictures stay in the heap, whose free end is kept up to twice that; all threads share one heap. By
 #: default the limit rises to the largest block that was ever freed: a touchpad's process keeps 14 MB more, for no time saved
@@ -82,7 +77,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
     nodes: list[Node] = []
     make_room_for_images()
     _give_memory_back()
-    sys.setswitchinterval(_SWITCH_S)
+    sys.setswitchinterval(NODES.switch_s)
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     executor, ended = SingleThreadedExecutor(), threading.Event()
     _call_on_signals(lambda: executor.create_task(ended.set))
@@ -101,7 +96,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
     finally:
         for node in nodes:
             node.destroy_node()
-        with ends_within(CLOSES_S):
+        with ends_within(NODES.max_close_s):
             rclpy.try_shutdown()
     return 0
 
@@ -139,7 +134,7 @@ def _call_on_signals(end: Callable[[], None]) -> None:
     def wait() -> None:
         """Wait for the first signal."""
         if os.read(reading, 1):
-            faulthandler.dump_traceback_later(_ENDS_S, exit=True, file=sys.__stderr__)
+            faulthandler.dump_traceback_later(NODES.max_end_s, exit=True, file=sys.__stderr__)
             end()
 
     threading.Thread(target=wait, daemon=True).start()

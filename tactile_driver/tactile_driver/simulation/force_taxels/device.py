@@ -9,8 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-_PATCHES = 4  # of a taxel over which friction varies independently
-_TINY = 1e-9  # m, against a division by zero
+from ..constants import SIMULATION
 
 
 @dataclass(frozen=True)
@@ -129,8 +128,8 @@ class SpringBed:
         self._shape, self._specimen, self._rng = shape, specimen, rng
         self._friction, self._rough, self._grain = friction, rough, grain
         count = len(shape.nodes)
-        self.patch = shape.owner * _PATCHES + rng.integers(0, _PATCHES, count)
-        self._texture = rng.normal(size=len(shape.positions) * _PATCHES)
+        self.patch = shape.owner * SIMULATION.patches + rng.integers(0, SIMULATION.patches, count)
+        self._texture = rng.normal(size=len(shape.positions) * SIMULATION.patches)
         self.pressed = np.zeros(count)  # N
         self.pulled = np.zeros((count, 3))  # m, of the springs
         self.slid = np.zeros(count)  # m, in the last step
@@ -153,7 +152,7 @@ class SpringBed:
         reach = self._friction * (1 + self._rough * self._texture[self.patch]) * self.pressed / pull
         size = np.linalg.norm(wanted, axis=1)
         self.slid = np.maximum(size - reach, 0.0) * (self.pressed > 0)
-        self.pulled = wanted * np.minimum(1.0, reach / np.maximum(size, _TINY))[:, None]
+        self.pulled = wanted * np.minimum(1.0, reach / np.maximum(size, SIMULATION.min_spread))[:, None]
         path = np.bincount(self.patch, self.slid, len(self._texture)) / np.maximum(np.bincount(self.patch, self.pressed > 0,
                                                                                                len(self._texture)), 1)
         kept = np.exp(-path / self._grain)

@@ -7,10 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..constants import SIMULATION
 from .elements import Material, Response
-
-#: Rounds in which pressure and friction are fitted to each other, and in which sticking is decided; more change forces by 0.2 %.
-_ROUNDS, _SORTINGS = 3, 8
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ class GelContact:
         carried = np.array([self._held.get(c, (np.zeros(2),))[0] for c in cells])
         moved = np.array([self._held[c][1] if c in self._held else np.full(2, np.nan) for c in cells])
         along, press, slides = carried, np.zeros(len(positions)), np.zeros(len(positions), bool)
-        for _ in range(_ROUNDS):
+        for _ in range(SIMULATION.friction_rounds):
             lift = np.einsum('ipj,pj->i', flexible[:, 2, :, :2], along)
             press = _pressed(flexible[:, 2, :, 2], lift - gap, press > 0 if press.any() else np.ones(len(press), bool))
             along, slides, surface = self._rub(flexible, press, carried, moved, middle - before)
@@ -122,7 +120,7 @@ class GelContact:
         bend = flexible[:, :2, :, :2].reshape(2 * count, 2 * count)
         new = np.isnan(moved[:, 0])
         along, slides = np.where(touching[:, None], carried, 0.0), np.zeros(count, bool)
-        for _ in range(_SORTINGS):
+        for _ in range(SIMULATION.sticking_rounds):
             stick = touching & ~slides
             free = np.where(slides[:, None], along, 0.0)
             surface = pushed + (bend @ free.ravel()).reshape(count, 2)

@@ -9,10 +9,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-#: Thicknesses: radius of the meshed disc, whose border is held.
-_WIDE = 9.0
-#: Growth of the elements away from the load, and their largest size in thicknesses; half of both changes nothing by 0.3 %.
-_GROWTH, _MAX_SIZE = 1.14, 0.25
+from ..constants import SIMULATION
+
 #: Places and weights of Gauss's rule with three points on [-1, 1].
 _GAUSS = list(zip(*np.polynomial.legendre.leggauss(3)))
 
@@ -35,7 +33,7 @@ class Response:
 
     def __init__(self, material: Material, radius: float):
         self.radius = radius
-        across = _graded(radius / 2, _WIDE * material.thickness, material.thickness)
+        across = _graded(radius / 2, SIMULATION.mesh_radius * material.thickness, material.thickness)
         down = _graded(radius / 2, material.thickness, material.thickness)
         down *= material.thickness / down[-1]
         depth = down[np.abs(down - material.depth).argmin()]
@@ -71,7 +69,7 @@ def _graded(finest: float, length: float, thickness: float) -> np.ndarray:
     positions, step = [0.0], finest
     while positions[-1] < length:
         positions.append(positions[-1] + step)
-        step = min(step * (_GROWTH if len(positions) > 4 else 1.0), _MAX_SIZE * thickness)
+        step = min(step * (SIMULATION.element_growth if len(positions) > 4 else 1.0), SIMULATION.max_element * thickness)
     return np.array(positions)
 
 

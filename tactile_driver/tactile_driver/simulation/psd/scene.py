@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...errors import BadArgument, by_name
+from ..constants import SIMULATION
 from ..truth import Touch
 
 # The model covers what determines the four voltages. An object presses the cover towards the waveguide. Before contact the cover reflects
@@ -17,10 +18,8 @@ from ..truth import Touch
 # patch to the detector, where four electrodes share the current.
 
 
-COVER_RADIUS = 0.016  # m, outer radius
-# Points (radius, angle) of the unit disc that stand for a patch, and number of waves in the distortion of the fibre plate.
+# Points (radius, angle) of the unit disc that stand for a patch.
 _PATCH = [(0.0, 0.0)] + [(0.55, k * math.pi / 3) for k in range(6)] + [(0.92, (k + 0.5) * math.pi / 6) for k in range(12)]
-_MODES = 8
 
 
 @dataclass(frozen=True)
@@ -48,9 +47,9 @@ class FingerSpecimen:
         self._squeeze = 0.10 + 0.03 * rng.standard_normal()  # how much more the plate magnifies at the rim
         self._oval = rng.normal(0, 0.015, (3, 2))
         self._twist = rng.normal(0, 0.015)
-        self._waves = rng.normal(0, 2.2, (_MODES, 2))
-        self._phases = rng.uniform(0, 2 * math.pi, (_MODES, 2))
-        self._heights = rng.normal(0, 0.0022, (_MODES, 2))
+        self._waves = rng.normal(0, 2.2, (SIMULATION.distortion_waves, 2))
+        self._phases = rng.uniform(0, 2 * math.pi, (SIMULATION.distortion_waves, 2))
+        self._heights = rng.normal(0, 0.0022, (SIMULATION.distortion_waves, 2))
         self._turn, self._shift = rng.normal(0, 0.015), rng.normal(0, 0.03, 2)
         self._lamps = rng.normal(0, 0.06, 2)
         self.gains = 1 + rng.normal(0, 0.006, 4)
@@ -84,7 +83,7 @@ class FingerSpecimen:
         """Voltages (N, 4), V, for an object pressed in by depth (N,), m, along unit normals (N, 3)."""
         near = np.clip(depth / self.material.gap, 0, 1)
         into = np.maximum(depth - self.material.gap, 0)
-        spot = np.sqrt(2 * COVER_RADIUS * into)
+        spot = np.sqrt(2 * SIMULATION.cover_radius * into)
         brightness = self.material.scatter * (math.pi * spot**2 * 1e6) ** 0.75
         glowing = self.material.leak * near**2.6
         return self._patch(normal, spot, brightness) + self._patch(normal, np.full(len(normal), self.material.glow), glowing)
@@ -95,7 +94,7 @@ class FingerSpecimen:
         first /= np.linalg.norm(first, axis=1, keepdims=True)
         second = np.cross(normal, first)
         share, angle = np.array(_PATCH).T
-        tilt = share * (radius / COVER_RADIUS)[:, None]
+        tilt = share * (radius / SIMULATION.cover_radius)[:, None]
         offset = np.cos(angle)[:, None] * first[:, None] + np.sin(angle)[:, None] * second[:, None]
         points = np.cos(tilt)[..., None] * normal[:, None] + np.sin(tilt)[..., None] * offset
         led = self.transmission(points) * (brightness / len(_PATCH))[:, None]
@@ -200,7 +199,7 @@ class PsdTruth:
         """The first contact of sample k in a list; empty without contact."""
         if not self.touching[k]:
             return []
-        return [Touch(COVER_RADIUS * self.normal[k], self.normal[k], float(self.depth[k]), float(self.force[k]))]
+        return [Touch(SIMULATION.cover_radius * self.normal[k], self.normal[k], float(self.depth[k]), float(self.force[k]))]
 
 
 class PsdScene:

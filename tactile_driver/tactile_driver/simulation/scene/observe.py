@@ -8,17 +8,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ..constants import SIMULATION
 from ..optics.camera import SimulatedCamera
 from ..optics.pattern import DotPattern
 from ..skin.contact import SkinState
 from ..skin.surfaces import Skin, cross
 from ..skin.tools import Pose, Tool
 from ..truth import NON_CONTACT, SLIPPING, STICKING, Touch, TruthFrame, slip_state_of
-
-#: Subdivisions of a cell.
-_FINE = 4
-#: In node spacings: the largest gap that counts as contact, and the scale that makes the gap dimensionless.
-_MAX_GAP, _GAP_SCALE = 0.0237, 0.0713
 
 
 @dataclass
@@ -40,8 +36,8 @@ class Region:
 
 
 def _between(count: int) -> np.ndarray:
-    """Matrix (fine, count) of linear interpolation from count nodes to a grid with _FINE subdivisions."""
-    nodes = np.arange((count - 1) * _FINE + 1) / _FINE
+    """Matrix (fine, count) of linear interpolation from count nodes to a grid with SIMULATION.cell_parts subdivisions."""
+    nodes = np.arange((count - 1) * SIMULATION.cell_parts + 1) / SIMULATION.cell_parts
     return np.maximum(1 - np.abs(nodes[:, None] - np.arange(count)), 0)
 
 
@@ -72,8 +68,9 @@ def find_region(skin: Skin, state: SkinState, tool: Tool, pose: Pose) -> Region 
     gap = gaps.min(axis=0)
     full = np.ascontiguousarray(up @ fullness[box] @ across.T)
     # A contact line narrower than a cell presses only on every other node: close the gaps.
-    full = cv2.morphologyEx(full, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _FINE + 1, 2 * _FINE + 1)))
-    outside = np.maximum(0.5 - full, (gap / skin.spacing - _MAX_GAP) / _GAP_SCALE)
+    side = 2 * SIMULATION.cell_parts + 1
+    full = cv2.morphologyEx(full, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
+    outside = np.maximum(0.5 - full, (gap / skin.spacing - SIMULATION.max_contact_gap) / SIMULATION.gap_scale)
     return _measure(positions, outside, fullness, gaps)
 
 
@@ -127,10 +124,6 @@ def _interpolated(positions: np.ndarray, at: np.ndarray) -> np.ndarray:
     return upper * (1 - down) + lower * down
 
 
-#: m/s: points slower than this relative to the tool stick; 10 um per frame at 30 frames/s.
-SLIP_SPEED = 0.3e-3
-
-
 @dataclass
 class Observation:
     """One time. shape: from Skin.coarse, m; spread: (K, 2, 2) px/m, affine maps of the dots to the image; truth."""
@@ -165,10 +158,11 @@ class Observer:
         positions, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: off_tool(p, tool, now))
         nodes = state.shape.reshape(-1, 3)[self.skin.inner][state.touching]
         gap = tool.distance(now.to_tool(positions))
-        touching = (self.pattern.sampler.linear @ region.fullness.ravel() > 0.5) & (np.abs(gap) < _MAX_GAP * self.skin.spacing)
+        near = np.abs(gap) < SIMULATION.max_contact_gap * self.skin.spacing
+        touching = (self.pattern.sampler.linear @ region.fullness.ravel() > 0.5) & near
         slide_of_dots, slide_of_nodes = self._slides_over_tool(positions, touching, nodes, state, tool, now)
         states = np.where(touching, STICKING, NON_CONTACT).astype(np.uint8)
-        states[np.linalg.norm(slide_of_dots, axis=1) > SLIP_SPEED * self.interval] = SLIPPING
+        states[np.linalg.norm(slide_of_dots, axis=1) > SIMULATION.slip_speed * self.interval] = SLIPPING
         truth = TruthFrame(self.pattern.numbers, uv, positions, states, region.outlines, region.holes, region.area, region.centroid,
                            region.normal, dot_gap=gap)
         truth.contacts = self._touches(state, nodes, region, tool, now)
@@ -202,7 +196,7 @@ class Observer:
 
     def _set_slip(self, truth: TruthFrame, nodes: np.ndarray, slide: np.ndarray):
         """Set the slip fields of truth; nodes: (m, 3) m, touching; slide: (m, 3) m, their displacements along the tool, sensor frame."""
-        slipping = np.linalg.norm(slide, axis=1) > SLIP_SPEED * self.interval
+        slipping = np.linalg.norm(slide, axis=1) > SIMULATION.slip_speed * self.interval
         truth.slipping_fraction = fraction = float(slipping.sum() / max(np.isfinite(slide[:, 0]).sum(), 1))
         truth.slip_state = slip_state_of(fraction)
         truth.velocity = np.zeros(6)

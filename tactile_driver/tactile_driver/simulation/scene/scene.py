@@ -8,15 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..constants import SIMULATION
 from ..skin.contact import FrictionalContact, PlateContact
 from ..skin.tools import Motion
 from ..truth import FramesInOrder, SimulatedFrame, TruthFrame
 from .observe import Observation, Observer, off_tool
 from .specimen import Shutters, Specimen
-
-#: Node spacings that the surface of a tool moves per unit of the Frobenius norm of a change of rotation.
-_ROTATION_REACH = 7.1
-
 
 #: One instant in one camera, as Renderer.draw takes it: shape, from Skin.coarse, m; uv: (K, 2) px, of the dots; spread: (K, 2, 2) px/m,
 #: their affine maps.
@@ -82,7 +79,7 @@ class Scene(FramesInOrder[Observation]):
         the skin its longest_slide."""
         first, last = motion.pose(start), motion.pose(end)
         travel = (np.linalg.norm(last.origin - first.origin) + np.linalg.norm(last.other - first.other)) / self.membrane.spacing
-        travel += _ROTATION_REACH * np.linalg.norm(last.turn - first.turn)
+        travel += SIMULATION.rotation_travel * np.linalg.norm(last.turn - first.turn)
         slide = np.linalg.norm((last.origin - first.origin)[:2]) / self.membrane.spacing
         steps = min(max(math.ceil(travel / self.membrane.longest_step), math.ceil(slide / self.membrane.longest_slide), 1), 40)
         before = first

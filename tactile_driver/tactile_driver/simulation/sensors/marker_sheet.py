@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from ..constants import SIMULATION
 from ..optics.camera import SimulatedCamera, mounted
 from ..optics.pattern import LargeDots, uneven
 from ..scene.specimen import Act, drag, one_after_the_other, press
@@ -50,15 +51,11 @@ def presses(tool: str, positions: list, half: tuple, deepest: float, count: int,
     return acts
 
 
-#: m: standard deviation of a stage's tip from a marker, which is hidden by the opaque sheet.
-_STAGE_SIGMA = 1e-3
-
-
 def stage_presses(tool: str, positions: list, depths: tuple, half: tuple, times: int, rng: np.random.Generator) -> tuple[Act, ...]:
     """A stage presses a tool in at each of the positions (x, y), m, several times, with the stage's error, and stops at each of the
     depths, m, that presses allows; as specimen.by_the_step."""
     acts = []
-    for x, y in np.repeat(positions, times, axis=0) + rng.normal(0, _STAGE_SIGMA, (len(positions) * times, 2)):
+    for x, y in np.repeat(positions, times, axis=0) + rng.normal(0, SIMULATION.stage_sigma, (len(positions) * times, 2)):
         limit = 0.85 * min(half[0] - abs(x), half[1] - abs(y))
         acts.append(partial(press, tool, x, y, *(depth for depth in depths if depth <= limit), move=0.25, hold=0.25))
     return one_after_the_other(acts, untouched=1.75, pause=0.5)

@@ -11,14 +11,11 @@ from functools import partial
 import cv2
 import numpy as np
 
+from ..constants import SIMULATION
 from ..gel.contact import GelState, Indenter
 from ..truth import SimulatedFrame, TruthFrame
 from .gel import GEL, GelScene, GelScript, moved
 from .photometric_gel import SHADED, Lamps, noisy
-
-_MARGIN = 3  # cells of the mechanics beyond the image
-_DOT, _INK = 0.24e-3, 0.3  # m, radius of a dot; share of the light that it reflects
-_TURNS = 3  # of the fixed point that finds which point of the skin a pixel shows; a further one changes it by less than 0.01 px
 
 
 class PhotometricShearScene(GelScene):
@@ -34,7 +31,7 @@ class PhotometricShearScene(GelScene):
         self._lamps, self._seed = Lamps(rng), seed
         self._centre = np.array([321.0, 238.5])
         self._scale = GEL.distance / GEL.focal  # m a native px, of the undeformed skin
-        half = np.ceil(np.array(SHADED.native) / 2 * self._scale / self._contact.cell).astype(int) + _MARGIN
+        half = np.ceil(np.array(SHADED.native) / 2 * self._scale / self._contact.cell).astype(int) + SIMULATION.margin_cells
         self._first = -half * self._contact.cell
         self._nodes = np.stack(np.meshgrid(*(np.arange(-n, n + 1) * self._contact.cell for n in half)), axis=-1)
         self._untouched = self._drawn(np.zeros((*SHADED.native[::-1], 2), np.float32))
@@ -67,7 +64,7 @@ class PhotometricShearScene(GelScene):
         fields = np.dstack([(self._nodes + nodes[..., :2]) * towards - self._nodes, -nodes[..., 2:]]).astype(np.float32)
         y, x = np.mgrid[:SHADED.native[1], :SHADED.native[0]].astype(np.float32)
         u, v = x, y
-        for _ in range(_TURNS):
+        for _ in range(SIMULATION.image_rounds):
             column, row = (((part - middle) * self._scale - first) / self._contact.cell
                            for part, middle, first in zip((u, v), self._centre, self._first))
             found = cv2.remap(fields, column.astype(np.float32), row.astype(np.float32), cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
@@ -78,7 +75,8 @@ class PhotometricShearScene(GelScene):
         """(480, 640) share of the light that the skin reflects, where what a pixel shows has moved by shift (480, 640, 2) px."""
         ink = np.ones(SHADED.native[::-1], np.float32)
         for position in self.positions[:, :2] / self._scale + self._centre:
-            cv2.circle(ink, tuple(int(round(16 * c)) for c in position), int(16 * _DOT / self._scale), _INK, -1, cv2.LINE_AA, 4)
+            cv2.circle(ink, tuple(int(round(16 * c)) for c in position), int(16 * SIMULATION.gel_dot_radius / self._scale),
+                       SIMULATION.gel_dot_albedo, -1, cv2.LINE_AA, 4)
         ink = cv2.GaussianBlur(ink, (0, 0), 1.2)
         y, x = np.mgrid[:SHADED.native[1], :SHADED.native[0]].astype(np.float32)
         return cv2.remap(ink, x - shift[..., 0], y - shift[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)

@@ -10,8 +10,7 @@ from scipy import sparse
 from scipy.linalg import lapack
 from scipy.sparse.linalg import splu
 
-#: Approximate number of cells along each side of the grid used for rendering.
-_DRAWN_CELLS = 48
+from ..constants import SIMULATION
 
 
 def by_component(vectors: np.ndarray) -> np.ndarray:
@@ -72,7 +71,7 @@ class Skin:
 
     def coarse(self, shape: np.ndarray) -> np.ndarray:
         """The shape (n, n, 3), m, subsampled for rendering, float32; light varies slowly, so this suffices."""
-        every = max((self.nodes - 1) // _DRAWN_CELLS, 1)
+        every = max((self.nodes - 1) // SIMULATION.drawn_cells, 1)
         return shape[::every, ::every].astype(np.float32)
 
     def with_rim(self, positions: np.ndarray) -> np.ndarray:
@@ -219,9 +218,6 @@ class Membrane(Skin):
 # small and taken from the previous linearisation. A thick sheet, which bends rather than stretches, has a foundation k/2 |displacement|^2
 # instead: without it, a press would bend the whole sheet. Its stretch is infinite: no term draws material towards the contact.
 
-#: m: at this distance the nearest point of any tool is its lowest.
-_FAR = 1000.0
-
 
 class Sheet(Skin):
     """width (along x), height (along y): m; tension: T, N/m; stretch: s, from 1.2; bending: D, N m; nodes: along each side; foundation: k,
@@ -273,7 +269,7 @@ class Sheet(Skin):
 
         distance: signed distance, m, of points (k, 3), m, in the tool frame, exact outside the tool.
         """
-        return _FAR - float(distance(np.array([[0, 0, -_FAR]]) @ turn)[0])
+        return SIMULATION.far - float(distance(np.array([[0, 0, -SIMULATION.far]]) @ turn)[0])
 
     def slack_at(self, shape: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As Skin.slack_at; the forces are those of the energy term with J in the shape (n, n, 3), m."""

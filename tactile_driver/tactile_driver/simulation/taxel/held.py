@@ -8,10 +8,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ...errors import by_name
+from ..constants import SIMULATION
 from .pad import PadState
 from .scene import Key, TaxelScene, TaxelScript
 
-_LENGTH, _WIDTH = 0.024, 0.010  # m, of the bar's face
 # Part of the load that is not yet balanced by which the bar moves in a step: friction is stiffer than an even traction, by less than three
 # times, since the rubber around the face holds it: below the reciprocal of that.
 _GAIN = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6])
@@ -103,7 +103,7 @@ class HeldScene(TaxelScene):
         state, pose = super()._step(time)
         arm, pad = self.arm(time), self.specimen
         if arm.lift > 0:
-            area = _LENGTH * _WIDTH
+            area = SIMULATION.bar_length * SIMULATION.bar_width
             weight = 0.5 * arm.lift * self.script.weight * self.gravity(arm)
             wanted = np.zeros(6)
             wanted[:3] = weight - [0.0, 0.0, pad.press * area * arm.depth]
@@ -114,9 +114,10 @@ class HeldScene(TaxelScene):
             # About the bar's own axes; a slope along x makes a moment about y, one along y a moment about x of the other sign.
             cosine, sine = np.cos(pose[2]), np.sin(pose[2])
             axes = np.array([[cosine, sine], [-sine, cosine]])
-            along, across = pad.press * area / 12 * np.array([_LENGTH**2, _WIDTH**2])
+            along, across = pad.press * area / 12 * np.array([SIMULATION.bar_length**2, SIMULATION.bar_width**2])
             slopes = axes.T @ (axes @ [-missing[4], missing[3]] / [along, across])
-            self._given += _GAIN * [*missing[:2] / (pad.pull * area), missing[5] / (pad.pull * area / 12 * (_LENGTH**2 + _WIDTH**2)),
+            polar = area / 12 * (SIMULATION.bar_length**2 + SIMULATION.bar_width**2)  # m^4, second moment of the face
+            self._given += _GAIN * [*missing[:2] / (pad.pull * area), missing[5] / (pad.pull * polar),
                                     -missing[2] / (pad.press * area), *slopes]
         return state, pose
 

@@ -10,11 +10,10 @@ import cv2
 import numpy as np
 
 from ...plugins import PluginTable
+from ..constants import SIMULATION
 from ..keyed_scene import KeyedScene, open_keyed_scene
 from ..truth import NO_SLIP, Touch, TruthFrame, slip_state_of
 from .pad import FACES, PAD, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad
-
-STEP_S = 0.01  # step of the object's motion, small against the pitch of the positions
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ class TaxelScene(KeyedScene):
 
     def render(self, time: float) -> tuple[np.ndarray, TruthFrame]:
         """Counts (rows, columns) and truth at a time, s; the scene repeats. An earlier time restarts it."""
-        time, times = self._steps_to(time, STEP_S)
+        time, times = self._steps_to(time, SIMULATION.step_s)
         slipped, before = np.zeros(len(self.pad.positions), bool), self._at(self._now)
         for now in times:
             state, pose = self._step(now)
