@@ -5,6 +5,7 @@ ROS."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -144,6 +145,8 @@ class GripController:
     Parameters
     ----------
     limits : GripLimits
+    sensors : sequence of str, optional
+        Names of the sensors that are to send readings; by default those that do.
 
     Attributes
     ----------
@@ -158,8 +161,8 @@ class GripController:
         Of the object that is held.
     """
 
-    def __init__(self, limits: GripLimits = GripLimits()):
-        self.limits, self.friction = limits, FrictionEstimate()
+    def __init__(self, limits: GripLimits = GripLimits(), sensors: Sequence[str] = ()):
+        self.limits, self.friction, self._sensors = limits, FrictionEstimate(), tuple(sensors)
         self.open()
 
     def open(self) -> None:
@@ -178,8 +181,9 @@ class GripController:
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """The sensors whose last reading is too old."""
-        return tuple(name for name, reading in self._readings.items() if self._last - reading.time_s > self.limits.timeout)
+        """The sensors without a reading, or whose last one is too old."""
+        return tuple(name for name in dict.fromkeys((*self._sensors, *self._readings))
+                     if name not in self._readings or self._last - self._readings[name].time_s > self.limits.timeout)
 
     @property
     def needed_force(self) -> float:

@@ -49,7 +49,8 @@ class GripControllerNode(LifecycleNode):
         self._settings = NodeParameters(self, GRIP_PARAMETERS, self._check, self._change)
         if self._settings.problems:
             raise BadArgument('grip_controller: ' + '; '.join(self._settings.problems.values()))
-        self._control = GripController(self._limits(self._settings.values()))
+        sensors = ('sensor', 'shear_sensor') if self._settings['shear_sensor'] else ('sensor',)
+        self._control = GripController(self._limits(self._settings.values()), sensors)
         self._contact_force, self._sent, self._wrench = math.nan, math.nan, None
         self._is_active, self._grasps_itself, self._inputs = False, self._settings['grasp'], []
         self._gripper: ActionClient | None = None
@@ -96,9 +97,6 @@ class GripControllerNode(LifecycleNode):
         self._contact_force = sum(contact.force for contact in message.contacts)
 
     def _take_slip(self, message: Slip) -> None:
-        if self._grasps_itself and self._has_gripper:
-            self._control.close()
-            self._grasps_itself = False
         probability = slip_probability(message.state, message.confidence, partial=not self._settings['shear_sensor'])
         self._use(Reading(1e-9 * stamp_ns_of(message.header), self._contact_force, probability), 'sensor')
 
@@ -117,7 +115,11 @@ class GripControllerNode(LifecycleNode):
             publisher.publish(Float64(data=value))
 
     def _use(self, reading: Reading, sensor: str) -> None:
-        self._send(self._control.take(reading, sensor))
+        force = self._control.take(reading, sensor)
+        if self._grasps_itself and self._has_gripper and not self._control.lost:
+            self._control.close()
+            self._grasps_itself, force = False, self._control.force
+        self._send(force)
 
     def _wait(self) -> None:
         if self._gripper is None:

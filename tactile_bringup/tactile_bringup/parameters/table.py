@@ -149,7 +149,7 @@ GRIP_PARAMETERS = (
     Parameter('shear_sensor', str, '', '', 'namespace of a sensor whose wrench has the shear, such as a touchpad; empty: none. '
               'Friction and load follow from it', read_only=True),
     Parameter('autostart', bool, True, '', 'configure and activate at the start; false: wait for the lifecycle services', read_only=True),
-    Parameter('grasp', bool, False, '', 'grasp by itself as soon as the sensor reports', read_only=True),
+    Parameter('grasp', bool, False, '', 'grasp by itself as soon as all sensors report', read_only=True),
     Parameter('closed_position', float, 0.0, 'm or rad', 'position of the gripper command that closes: 0 where it is the gap between the '
               'fingers; where it is that of a joint whose controller is a PID, as far beyond the object as max_force needs', -10.0, 10.0),
     Parameter('open_position', float, 0.1, 'm or rad', 'the same of the one that opens, for `release`', -10.0, 10.0),

@@ -158,6 +158,15 @@ def test_one_lost_sensor_of_two_is_named_and_the_other_holds():
     assert math.isnan(control.needed_force), 'the load is unknown again'
 
 
+def test_a_sensor_that_has_sent_nothing_yet_is_lost():
+    control = GripController(LIMITS, ['array', 'touchpad'])
+    assert control.lost == ('array', 'touchpad')
+    control.take(Reading(0.0, 0.0, 0.05), 'array')
+    assert control.lost == ('touchpad',)
+    control.take(Reading(0.01, 0.0, 0.05, 0.0, 0.0), 'touchpad')
+    assert control.lost == ()
+
+
 @pytest.mark.parametrize(('state', 'confidence', 'expected'), [(0, 0.9, 0.1), (1, 0.9, 0.9), (2, 0.7, 0.7)])
 def test_the_probability_of_slip_of_a_state(state, confidence, expected):
     assert slip_probability(state, confidence) == pytest.approx(expected)

@@ -3,12 +3,16 @@
 """grip_controller: the commands that a gripper's controller gets, of the type and under the name that it serves."""
 import pytest
 from control_msgs import action
+from geometry_msgs.msg import WrenchStamped
 from rclpy.action import ActionClient, ActionServer
 from rclpy.task import Future
+from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from tactile_bringup.grasp.grip_controller_node import GripControllerNode
 from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS
+from tactile_msgs.msg import Slip
 
 
 @pytest.mark.parametrize('kind', ['GripperCommand', 'ParallelGripperCommand'])
@@ -63,4 +67,27 @@ def test_a_goal_that_is_not_answered_is_sent_again(bench, monkeypatch):
         return until(answer.done) and answer.result().success
     assert until(client.service_is_ready) and until(is_grasping)
     assert until(lambda: goals) and goals == [1.5] and sent == [1.5, 1.5]
+    server.destroy()
+
+
+def test_a_controller_that_grasps_by_itself_waits_for_both_sensors(bench):
+    other, until = bench(lambda: GripControllerNode(Host([], {'sensor': 'array', 'shear_sensor': 'touchpad', 'grasp': True})))
+    goals = []
+
+    def execute(goal):
+        goals.append(goal.request.command.max_effort)
+        goal.succeed()
+        return action.GripperCommand.Result()
+    server = ActionServer(other, action.GripperCommand, 'gripper_cmd', execute)
+    array, touchpad = (other.create_publisher(Slip, f'/{name}/slip', STREAM_QOS) for name in ('array', 'touchpad'))
+    wrench = other.create_publisher(WrenchStamped, '/touchpad/wrench', STREAM_QOS)
+    assert until(lambda: all(publisher.get_subscription_count() for publisher in (array, touchpad, wrench)))
+
+    def report(publishers):
+        header = Header(stamp=other.get_clock().now().to_msg())
+        for publisher in publishers:
+            publisher.publish(WrenchStamped(header=header) if publisher is wrench else Slip(header=header, confidence=0.9))
+        return until(lambda: goals, patience_s=0.1)
+    assert not any(report([array]) for _ in range(10)), 'the touchpad is still to come'
+    assert any(report([wrench, touchpad, array]) for _ in range(100))
     server.destroy()
