@@ -76,7 +76,7 @@ void bind_membrane(py::module_& module) {
     auto membrane =
         class_of<Membrane>(module, "Membrane",
                            "The membrane through the dots of a grid with rest positions, m, by number; origin: m, camera centre.\n"
-                           "It holds the last frame, and is as it was after an exception.");
+                           "It holds the last frame.");
     determine<Membrane> = [](const Membrane& one, Lengths& of) { of['K'] = one.skin().grid.size(); };
     get(membrane, "rest (K, 3)", "m", [](const Membrane& one) { return one.skin().rest; });
     get(membrane, "residual (K, 3)", "m^2, of the mesh at rest, over the pressure",
@@ -107,7 +107,7 @@ void bind_membrane(py::module_& module) {
         [](Membrane& one, const double* rays, const double* ranges, const double* sigma, const std::vector<std::int64_t>& id) {
             checked_id(id, one.skin().grid);
             const SeenRanges seen{id.data(), rays, ranges, sigma, static_cast<std::ptrdiff_t>(id.size())};
-            return change(one, [&](Membrane& next) { return next.solve(seen); });
+            return one.solve(seen);
         });
     def(membrane, "loads", "DotLoads of the seen dots id at xyz, m.", {"id (N)", "xyz (N, 3)"},
         [](const Membrane& one, const std::vector<std::int64_t>& id, const double* xyz) {

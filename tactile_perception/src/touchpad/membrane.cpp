@@ -199,19 +199,20 @@ struct Leaning {
     double curvature, gradient;
 };
 
-// What changes if all displacements double, along unit rays (K, 3): the ranges by moved (K), m, and the pressure by lifted, Pa.
-struct Doubled {
-    const double *rays, *moved;
+// What changes if all displacements double: the ranges by moved (K), m, and the pressure by lifted, Pa.
+struct Response {
+    std::vector<double> moved;
     double lifted;
 };
 
-// scale: as of whole_frame; spread: standard deviation of r by other causes.
-Leaning scale_leaning(const Skin& skin, const MembraneState& state, const Doubled& doubled, double scale, double spread) {
+// rays (K, 3): unit; share: step of the displacements, of themselves; spread: standard deviation of r by other causes.
+Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double* rays, const Response& doubled, double share,
+                      double spread) {
     const Grid grid = skin.grid;
-    const double share = SCALE_STEP / scale, higher = state.fluid_pressure + share * doubled.lifted;
+    const double higher = state.fluid_pressure + share * doubled.lifted;
     std::vector<double> moved_there(state.xyz);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k)
-        store(moved_there.data(), k, vec3_at(moved_there.data(), k) + share * doubled.moved[k] * vec3_at(doubled.rays, k));
+        store(moved_there.data(), k, vec3_at(moved_there.data(), k) + share * doubled.moved[k] * vec3_at(rays, k));
     const Balance here = find_balance(skin, state.xyz.data(), state.fluid_pressure), there = find_balance(skin, moved_there.data(), higher);
     Leaning found{0, 0};
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
@@ -249,24 +250,21 @@ void drop_weak_patches(const MembraneModel& model, Grid grid, const double* gain
     }
 }
 
-// ranges (K), m; touched (K): probability that a dot carries a load; weight (K): without the ranges that were left out; pressure, Pa; moved
-// (K), m, and lifted, Pa: first-order change of ranges and pressure for the frame's displacements.
+// ranges (K), m; touched (K): probability that a dot carries a load; weight (K): without the ranges that were left out; pressure, Pa.
 struct Solution {
     std::vector<double> ranges, touched, weight;
     double pressure;
-    std::vector<double> moved;
-    double lifted = 0;
 };
 
 class Steps {
  public:
-    // touched (K) and pressure: of the last frame, touched is empty where there is none.
-    Steps(const MembraneModel& model, const Skin& skin, const Eigen::Vector3d& origin, const WholeFrame& frame,
-          const std::vector<double>& touched, double pressure)
-        : model_(model), skin_(skin), grid_(skin.grid), origin_(origin), frame_(frame), size_(grid_.size()), factor_(0, 0) {
+    // last: state of the last frame, empty where there is none; matrix: memory for the equations.
+    Steps(const MembraneModel& model, const Skin& skin, const Eigen::Vector3d& origin, const WholeFrame& frame, const MembraneState& last,
+          BandMatrix& matrix)
+        : model_(model), skin_(skin), grid_(skin.grid), origin_(origin), frame_(frame), size_(grid_.size()), matrix_(matrix) {
         found_.weight = frame.weight;
-        found_.pressure = pressure;
-        start(touched);
+        found_.pressure = last.xyz.empty() ? skin.pressure : last.fluid_pressure;
+        start(last.touched);
     }
 
     Solution run() {
@@ -275,8 +273,18 @@ class Steps {
             const bool first = misfit == misfits;
             step(model_.misfit * *misfit, !first || !cold_, !first, misfit + 1 == end);
         }
-        respond();
         return std::move(found_);
+    }
+
+    // First-order change of ranges (K), m, and pressure, Pa, for the frame's displacements, by the equations of the last step.
+    Response respond() {
+        Response found{std::vector<double>(size_), 0};
+        if (!solved_) return found;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) found.moved[k] = trust_[k] * frame_.displaced[k];
+        matrix_.solve(found.moved.data());
+        found.lifted = -product(border_, found.moved) / stiffness_;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) found.moved[k] -= found.lifted * by_border_[k];
+        return found;
     }
 
  private:
@@ -338,8 +346,9 @@ class Steps {
 
     // Builds the normal equations at the balance and moves ranges and pressure by their solution.
     void solve_for(bool robust) {
-        BandMatrix matrix(size_, 2 * grid_.columns + 2);
-        std::vector<double> gradient(size_), border(size_);
+        matrix_.clear();
+        std::vector<double> gradient(size_);
+        border_.assign(size_, 0.0);
         std::ptrdiff_t beside[9];  // from a dot to those of the 3 x 3 around it
         for (int a = 0; a < 9; ++a) beside[a] = neighbour(0, a);
         double stiffness = 0, slope = 0;  // second and first derivative by the pressure
@@ -347,7 +356,7 @@ class Steps {
         each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
             const double misfit = found_.ranges[k] - frame_.measured[k], weight = found_.weight[k];
             trust_[k] = robust ? weight / (1 + misfit * misfit * weight / (model_.tail * model_.tail)) : weight;
-            matrix.row(k)[k] += static_cast<float>(trust_[k] + PRIOR_WEIGHT);
+            matrix_.row(k)[k] += static_cast<float>(trust_[k] + PRIOR_WEIGHT);
             gradient[k] += trust_[k] * misfit + PRIOR_WEIGHT * (found_.ranges[k] - anchor_[k]);
             if (!inner) return;
             const Expectation load = expectation(model_, balance_.load[k], found_.touched[k], misfit_);
@@ -358,9 +367,9 @@ class Steps {
             for (int a = 0; a < 9; ++a) {
                 const std::ptrdiff_t i = k + beside[a];
                 gradient[i] += slopes[a] * load.pull;
-                border[i] += slopes[a] * load.weight * by_pressure;
+                border_[i] += slopes[a] * load.weight * by_pressure;
                 const float scaled = static_cast<float>(slopes[a] * load.weight);
-                float* row = matrix.row(i) + k - grid_.columns;  // then a row of dots further in each line
+                float* row = matrix_.row(i) + k - grid_.columns;  // then a row of dots further in each line
                 for (int line = 0; line < 3; ++line, row += grid_.columns) {
                     for (int c = 0; c < 3; ++c) row[c - 1] += scaled * part[3 * line + c];
                 }
@@ -368,28 +377,17 @@ class Steps {
             stiffness += load.weight * by_pressure * by_pressure;
             slope += load.pull * by_pressure;
         });
-        if (!matrix.factor(true)) return;
-        std::vector<double> by_border = border;
-        matrix.solve(by_border.data());
-        matrix.solve(gradient.data());
-        stiffness = std::max(stiffness - product(border, by_border), MIN_PRESSURE_STIFFNESS);
-        const double change = std::clamp((product(border, gradient) - slope) / stiffness, -MAX_PRESSURE_STEP, MAX_PRESSURE_STEP);
+        solved_ = matrix_.factor(true);
+        if (!solved_) return;
+        by_border_ = border_;
+        matrix_.solve(by_border_.data());
+        matrix_.solve(gradient.data());
+        stiffness_ = std::max(stiffness - product(border_, by_border_), MIN_PRESSURE_STIFFNESS);
+        const double change = std::clamp((product(border_, gradient) - slope) / stiffness_, -MAX_PRESSURE_STEP, MAX_PRESSURE_STEP);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
-            found_.ranges[k] -= std::clamp(gradient[k] + change * by_border[k], -MAX_RANGE_STEP, MAX_RANGE_STEP);
+            found_.ranges[k] -= std::clamp(gradient[k] + change * by_border_[k], -MAX_RANGE_STEP, MAX_RANGE_STEP);
         }
         found_.pressure += change;
-        factor_ = std::move(matrix), border_ = std::move(border), by_border_ = std::move(by_border), stiffness_ = stiffness;
-    }
-
-    // First-order response to the frame's change of the measured ranges, by the equations of the last step.
-    void respond() {
-        found_.moved.assign(size_, 0.0);
-        if (factor_.size() == 0) return;
-        for (std::ptrdiff_t k = 0; k < size_; ++k) found_.moved[k] = trust_[k] * frame_.displaced[k];
-        factor_.solve(found_.moved.data());
-        const double change = product(border_, found_.moved) / stiffness_;
-        for (std::ptrdiff_t k = 0; k < size_; ++k) found_.moved[k] += change * by_border_[k];
-        found_.lifted = -change;
     }
 
     // Dot in slot 0 to 8 of the 3 x 3 around an inner dot, row by row.
@@ -415,25 +413,26 @@ class Steps {
     double misfit_ = 1.0;
     Balance balance_;
     std::vector<double> slopes_;
-    BandMatrix factor_;  // of the last step's equations, with the pressure's column, the solution for it, and its Schur complement
+    BandMatrix& matrix_;  // factors of the last step's equations; the pressure's column, the solution for it, and its Schur complement
     std::vector<double> border_, by_border_;
     double stiffness_ = 1.0;
+    bool solved_ = false;
 };
 
 }  // namespace
 
 const MembraneState& Membrane::solve(const SeenRanges& seen) {
-    const double factor = scale();
-    const bool fresh = state_.xyz.empty();
-    const WholeFrame frame =
-        whole_frame(skin_.grid, origin_, skin_.rest.data(), fresh ? skin_.rest.data() : state_.xyz.data(), seen, factor);
-    Solution found = Steps(model_, skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.fluid_pressure).run();
+    const Grid grid = skin_.grid;
+    const bool is_first = state_.xyz.empty();
+    const WholeFrame frame = whole_frame(grid, origin_, skin_.rest.data(), is_first ? skin_.rest.data() : state_.xyz.data(), seen, scale());
+    Steps steps(model_, skin_, origin_, frame, state_, matrix_);
+    Solution found = steps.run();
     MembraneState state{std::vector<double>(frame.rays.size()), std::move(found.ranges), std::move(found.touched), found.pressure,
                         frame.seen};
-    for (std::ptrdiff_t k = 0; k < skin_.grid.size(); ++k)
-        store(state.xyz.data(), k, origin_ + state.ranges[k] * vec3_at(frame.rays.data(), k));
-    const Doubled doubled{frame.rays.data(), found.moved.data(), found.lifted};
-    learn_scale(frame.displaced, [&] { return scale_leaning(skin_, state, doubled, factor, model_.residual); });
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) store(state.xyz.data(), k, origin_ + state.ranges[k] * vec3_at(frame.rays.data(), k));
+    learn_scale(frame.displaced, [&] {
+        return scale_leaning(skin_, state, frame.rays.data(), steps.respond(), SCALE_STEP / scale(), model_.residual);
+    });
     state_ = std::move(state);
     return state_;
 }

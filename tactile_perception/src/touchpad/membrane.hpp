@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/band_matrix.hpp"
 #include "common/fields.hpp"
 #include "common/vectors.hpp"
 #include "touchpad/membrane_forces.hpp"
@@ -62,7 +63,7 @@ class Membrane {
  public:
     /// skin: the undeformed membrane; origin: the camera's centre, m.
     Membrane(Skin skin, const Eigen::Vector3d& origin, const MembraneModel& model = {})
-        : skin_(std::move(skin)), origin_(origin), model_(model) {}
+        : skin_(std::move(skin)), origin_(origin), model_(model), matrix_(skin_.grid.size(), 2 * skin_.grid.columns + 2) {}
 
     const Skin& skin() const { return skin_; }
     const MembraneState& state() const { return state_; }
@@ -92,6 +93,7 @@ class Membrane {
     MembraneModel model_;
     MembraneState state_;
     double scale_error_ = 0, scale_precision_ = std::numeric_limits<double>::infinity();
+    BandMatrix matrix_;  // memory of solve
 };
 
 }  // namespace tactile

@@ -3,10 +3,11 @@
 #include "touchpad/water.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
-#include <numeric>
+
+#include "common/wide.hpp"
 
 namespace tactile {
 
@@ -20,16 +21,18 @@ constexpr double DARK = 1e-6;  // minimum irradiance by Lambert's cosine, of a s
 }  // namespace
 
 // Means over the lamps, weighted by irradiance: inverse square of the distance, Lambert's cosine, ambient.
-Incidence incidence(const LightPath& path, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, const Eigen::Vector3d& ray) {
-    const double up = position.z() - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
+TACTILE_WIDE Incidence incidence(const LightPath& path, const Eigen::Vector3d& position, const Eigen::Vector3d& normal,
+                                 const Eigen::Vector3d& ray) {
+    const double *at = position.data(), *centre = path.centre.data(), *n = normal.data(), *r = ray.data();
+    const double up = at[2] - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
     double distance[LAMPS], weight[LAMPS], outward[LAMPS];
     for (int k = 0; k < LAMPS; ++k) {
-        const double x = position.x() - path.centre.x() - path.lamp_radius * COSINE[k];
-        const double y = position.y() - path.centre.y() - path.lamp_radius * SINE[k];
+        const double x = at[0] - centre[0] - path.lamp_radius * COSINE[k];
+        const double y = at[1] - centre[1] - path.lamp_radius * SINE[k];
         distance[k] = std::sqrt(x * x + y * y + up * up);
-        const double near = 1 / distance[k], cosine = (x * normal.x() + y * normal.y() + up * normal.z()) * near;
+        const double near = 1 / distance[k], cosine = (x * n[0] + y * n[1] + up * n[2]) * near;
         weight[k] = ((cosine > 0 ? cosine : 0) + ambient) * near * near;
-        outward[k] = (x * ray.x() + y * ray.y() + up * ray.z()) * near;
+        outward[k] = (x * r[0] + y * r[1] + up * r[2]) * near;
     }
     double total = 0, far = 0, along = 0;
     for (int k = 0; k < LAMPS; ++k) {
@@ -38,7 +41,7 @@ Incidence incidence(const LightPath& path, const Eigen::Vector3d& position, cons
         along += weight[k] * outward[k];
     }
     const double slant = far / (total * up);
-    return {slant, along / (total * up) - slant * ray.z() / up, total / LAMPS};
+    return {slant, along / (total * up) - slant * r[2] / up, total / LAMPS};
 }
 
 // The derivative neglects that of the weights: accurate to 1 %.
@@ -68,83 +71,122 @@ constexpr double NOISE_FLOOR = 9 * 0.5;  // sum of nine pixels below which a cha
 constexpr double FAR = 16384;            // px, to which positions are clipped; no image is that large
 constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
 
-using OnRing = std::array<double, RING_POINTS>;
+using OnRing = double[RING_POINTS];
+using Sums = std::int16_t[RING_POINTS];  // of nine pixels each, or other small numbers
 
-// Sums of 3 x 3 pixels around each point of a ring: blue, green, red; pixels outside of the image are black.
-struct RingSums {
-    std::array<int, RING_POINTS> of[3] = {};
-
-    RingSums(const ColourImage& image, const double* centre, double radius, const OnRing& cosine, const OnRing& sine) {
-        for (int p = 0; p < RING_POINTS; ++p) {
-            const auto row = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(centre[1], -FAR, FAR) + radius * sine[p]));
-            const auto column = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(centre[0], -FAR, FAR) + radius * cosine[p]));
-            const std::ptrdiff_t left = std::max<std::ptrdiff_t>(column - 1, 0), right = std::min(column + 2, image.columns);
-            const std::ptrdiff_t top = std::max<std::ptrdiff_t>(row - 1, 0), bottom = std::min(row + 2, image.rows);
-            const auto add = [&](std::ptrdiff_t height, std::ptrdiff_t width) {
-                const std::uint8_t* pixel = image.pixels + 3 * (top * image.columns + left);
-                int sums[3] = {};
-                for (std::ptrdiff_t r = 0; r < height; ++r, pixel += 3 * image.columns) {
-                    for (std::ptrdiff_t c = 0; c < 3 * width; ++c) sums[c % 3] += pixel[c];
-                }
-                for (int channel = 0; channel < 3; ++channel) of[channel][p] = sums[channel];
-            };
-            if (bottom - top == 3 && right - left == 3)
-                add(3, 3);  // unrolled
-            else
-                add(bottom - top, right - left);
-        }
+// Cosine and sine of the angle of each point of a ring.
+struct Circle {
+    OnRing cosine, sine;
+    Circle() {
+        for (int p = 0; p < RING_POINTS; ++p)
+            cosine[p] = std::cos(2 * M_PI * p / RING_POINTS), sine[p] = std::sin(2 * M_PI * p / RING_POINTS);
     }
 };
 
-// Which points are neither ink nor glare nor saturated: 1, others 0.
-std::array<int, RING_POINTS> background(const RingSums& sums, double ink, double glare) {
-    std::array<int, RING_POINTS> keep = sums.of[0];
-    std::nth_element(keep.begin(), keep.begin() + 3 * RING_POINTS / 4, keep.end());
-    const double level = keep[3 * RING_POINTS / 4];  // the upper quartile
-    for (int p = 0; p < RING_POINTS; ++p)
-        keep[p] = sums.of[0][p] > ink * level && sums.of[0][p] < glare * level && sums.of[2][p] < SATURATED;
-    return keep;
+// Sums of 3 x 3 pixels around each point of a ring: blue, green, red; pixels outside of the image are black.
+struct RingSums {
+    Sums of[3];
+};
+
+// The three rows of three inner pixels from pixel on: eight values of a row at once, and the ninth.
+TACTILE_INLINE void add_inner(const std::uint8_t* pixel, std::ptrdiff_t stride, int p, RingSums& sums) {
+    typedef std::uint8_t Bytes __attribute__((vector_size(8)));
+    typedef std::uint16_t Wide __attribute__((vector_size(16)));
+    Wide total{};
+    int last = 0;
+    for (int row = 0; row < 3; ++row, pixel += stride) {
+        Bytes some;
+        std::memcpy(&some, pixel, sizeof some);
+        total += __builtin_convertvector(some, Wide), last += pixel[8];
+    }
+    sums.of[0][p] = static_cast<std::int16_t>(total[0] + total[3] + total[6]);
+    sums.of[1][p] = static_cast<std::int16_t>(total[1] + total[4] + total[7]);
+    sums.of[2][p] = static_cast<std::int16_t>(total[2] + total[5] + last);
 }
 
-// Relative variance of blue / red over the points kept, without its mean and first harmonic (Fourier series).
-double patchiness(const RingSums& sums, const std::array<int, RING_POINTS>& keep, int count, const OnRing& cosine, const OnRing& sine) {
+// Loads the pixels of a ring into the cache, while another one is read.
+TACTILE_INLINE void fetch(const ColourImage& image, const double* centre, double radius, const Circle& circle) {
+    const double x = std::clamp(centre[0], 0.0, image.columns - 1.0), y = std::clamp(centre[1], 0.0, image.rows - 1.0);
+    for (int p = 0; p < RING_POINTS; ++p) {
+        const std::ptrdiff_t row = std::lrint(y + radius * circle.sine[p]), column = std::lrint(x + radius * circle.cosine[p]);
+        for (int r = -1; r < 2; ++r) __builtin_prefetch(image.pixels + 3 * ((row + r) * image.columns + column));
+    }
+}
+
+TACTILE_INLINE void add_up(const ColourImage& image, const double* centre, double radius, const Circle& circle, RingSums& sums) {
+    const double x = std::clamp(centre[0], -FAR, FAR), y = std::clamp(centre[1], -FAR, FAR);
+    for (int p = 0; p < RING_POINTS; ++p) {
+        const std::ptrdiff_t row = std::lrint(y + radius * circle.sine[p]), column = std::lrint(x + radius * circle.cosine[p]);
+        const std::ptrdiff_t left = std::max<std::ptrdiff_t>(column - 1, 0), right = std::min(column + 2, image.columns);
+        const std::ptrdiff_t top = std::max<std::ptrdiff_t>(row - 1, 0), bottom = std::min(row + 2, image.rows);
+        const std::uint8_t* pixel = image.pixels + 3 * (top * image.columns + left);
+        if (bottom - top == 3 && right - left == 3) {
+            add_inner(pixel, 3 * image.columns, p, sums);
+            continue;
+        }
+        for (Sums& channel : sums.of) channel[p] = 0;
+        for (std::ptrdiff_t r = top; r < bottom; ++r, pixel += 3 * image.columns) {
+            for (std::ptrdiff_t c = 0; c < 3 * (right - left); ++c) sums.of[c % 3][p] += pixel[c];
+        }
+    }
+}
+
+// The upper quartile: the largest value that at most three quarters are smaller than.
+TACTILE_INLINE int upper_quartile(const Sums& values) {
+    Sums smaller{};
+    for (int q = 0; q < RING_POINTS; ++q) {
+        for (int p = 0; p < RING_POINTS; ++p) smaller[p] += values[q] < values[p];
+    }
+    int found = 0;
+    for (int p = 0; p < RING_POINTS; ++p) found = std::max<int>(found, smaller[p] <= 3 * RING_POINTS / 4 ? values[p] : 0);
+    return found;
+}
+
+// Relative variance of blue / red over the points kept (1, others 0), without its mean and first harmonic (Fourier series).
+TACTILE_INLINE double patchiness(const RingSums& sums, const Sums& keep, int count, const Circle& circle) {
     OnRing uneven;
     double mean = 0, square = 0, first = 0, second = 0;
     for (int p = 0; p < RING_POINTS; ++p) {
-        uneven[p] = keep[p] * (static_cast<double>(sums.of[0][p]) / std::max(sums.of[2][p], 1));
+        uneven[p] = keep[p] * (static_cast<double>(sums.of[0][p]) / std::max<double>(sums.of[2][p], 1));
         mean += uneven[p];
     }
     mean = std::max(mean / std::max(count, 1), 1e-6);
     for (int p = 0; p < RING_POINTS; ++p) {
         const double off = keep[p] * (uneven[p] / mean - 1.0);
-        square += off * off, first += off * cosine[p], second += off * sine[p];
+        square += off * off, first += off * circle.cosine[p], second += off * circle.sine[p];
     }
     return square / RING_POINTS - (first * first + second * second) * 2 / (RING_POINTS * RING_POINTS);
 }
 
 }  // namespace
 
-RingColours ring_colours(const Array<std::uint8_t>& pixels, const Array<double>& centres, double radius, double ink, double glare) {
+TACTILE_WIDE RingColours ring_colours(const Array<std::uint8_t>& pixels, const Array<double>& centres, double radius, double ink,
+                                      double glare) {
     const ColourImage image{pixels, pixels.length(0), pixels.length(1)};
     const std::ptrdiff_t count = centres.length();
     RingColours found{std::vector<double>(2 * count, NONE), std::vector<double>(count, NONE), std::vector<std::int64_t>(count, 0),
                       std::vector<double>(count, 0)};
-    OnRing cosine, sine;
-    for (int p = 0; p < RING_POINTS; ++p) cosine[p] = std::cos(2 * M_PI * p / RING_POINTS), sine[p] = std::sin(2 * M_PI * p / RING_POINTS);
+    const auto is_finite = [&](std::ptrdiff_t k) { return std::isfinite(centres[2 * k]) && std::isfinite(centres[2 * k + 1]); };
+    const Circle circle;
+    RingSums sums;
     for (std::ptrdiff_t k = 0; k < count; ++k) {
-        if (!std::isfinite(centres[2 * k]) || !std::isfinite(centres[2 * k + 1])) continue;
-        const RingSums sums(image, centres + 2 * k, radius, cosine, sine);
-        const std::array<int, RING_POINTS> keep = background(sums, ink, glare);
-        const int used = std::accumulate(keep.begin(), keep.end(), 0);
+        if (k + 1 < count && is_finite(k + 1)) fetch(image, centres + 2 * (k + 1), radius, circle);
+        if (!is_finite(k)) continue;
+        add_up(image, centres + 2 * k, radius, circle, sums);
+        const double level = upper_quartile(sums.of[0]);
+        Sums keep;  // 1 of a point that is neither ink nor glare nor saturated
+        int used = 0, total[3] = {};
+        for (int p = 0; p < RING_POINTS; ++p) {
+            keep[p] = (sums.of[0][p] > ink * level) & (sums.of[0][p] < glare * level) & (sums.of[2][p] < SATURATED);
+            used += keep[p];
+            for (int channel = 0; channel < 3; ++channel) total[channel] += keep[p] * sums.of[channel][p];
+        }
         found.count[k] = used;
-        found.patchiness[k] = patchiness(sums, keep, used, cosine, sine);
-        double total[3];
-        for (int channel = 0; channel < 3; ++channel)
-            total[channel] = std::inner_product(keep.begin(), keep.end(), sums.of[channel].begin(), 0);
+        found.patchiness[k] = patchiness(sums, keep, used, circle);
         if (used < MIN_POINTS || !(std::min({total[0], total[1], total[2]}) > NOISE_FLOOR * used)) continue;
-        found.brightness[k] = std::log(total[2] / (9 * used));
-        found.ratios[2 * k] = std::log(total[0] / total[2]);
-        found.ratios[2 * k + 1] = std::log(total[1] / total[2]);
+        found.brightness[k] = std::log(static_cast<double>(total[2]) / (9 * used));
+        found.ratios[2 * k] = std::log(static_cast<double>(total[0]) / total[2]);
+        found.ratios[2 * k + 1] = std::log(static_cast<double>(total[1]) / total[2]);
     }
     return found;
 }
