@@ -96,10 +96,11 @@ def frames_of(replay):
     """Raw message by raw message, {topic: [(type, bytes)]} of the estimates."""
     found = []
     for messages in replay:
-        if not any(message.data for message in messages):  # kept as it was
+        estimates = [message for message in messages if message.topic.removeprefix(replay.prefix) in replay.outputs]
+        if len(estimates) == len(messages):  # else kept as it was
             found.append({})
-            for message in messages:
-                found[-1].setdefault(message.topic, []).append(encode(message.message))
+        for message in estimates:
+            found[-1].setdefault(message.topic, []).append((message.type_name, message.data))
     return found
 
 

@@ -56,7 +56,7 @@ class SimulatedStage(Node):
             p, n, depth = message.contacts[0].position, message.contacts[0].normal, message.contacts[0].depth
             outwards = np.array([n.x, n.y, n.z])
             self._tip, self._out = np.array([p.x, p.y, p.z]) - outwards * depth, outwards * (depth + _CLEARANCE)
-            self._press(wrench_to_message(np.r_[-message.contacts[0].force * outwards, np.zeros(3)], message.header))
+            self._press(wrench_to_message(np.r_[-message.contacts[0].force * outwards, np.zeros(3)], message.header).message)
         else:  # it retreats along the same path
             self._tip, self._out = self._tip + self._out, np.zeros(3)
         self._publish_tip(message.header)
@@ -78,7 +78,7 @@ class SimulatedStage(Node):
         force, torque = self._turn.apply([f.x, f.y, f.z]), self._turn.apply([t.x, t.y, t.z])
         arm = self._turn.apply(self._tip) + _FORCE_ABOVE
         measured = -np.r_[force, torque - np.cross(arm, force)] + _BIAS + self._rng.normal(size=6) * _NOISE
-        self._forces.publish(wrench_to_message(measured, Header(stamp=message.header.stamp, frame_id=FORCE)))
+        self._forces.publish(wrench_to_message(measured, Header(stamp=message.header.stamp, frame_id=FORCE)).message)
 
 
 main = process_of(SimulatedStage)

@@ -14,6 +14,7 @@ from rosidl_runtime_py.utilities import get_message
 
 from ..errors import BadFrame
 from .constants import RECORDINGS
+from .written_message import WrittenMessage
 
 #: Bytes of a value by its number in a type description (type_description_interfaces/msg/FieldType); 0: a string.
 _SIZES = {2: 1, 3: 1, 4: 2, 5: 2, 6: 4, 7: 4, 8: 8, 9: 8, 10: 4, 11: 8, 13: 1, 15: 1, 16: 1, 17: 0, 21: 0}
@@ -36,6 +37,8 @@ def header_stamp_ns(data: bytes) -> int:
 def encode(message) -> tuple[str, bytes]:
     """Type name and CDR bytes; equal messages give equal bytes: padding, which the middleware leaves as it was in memory, is
     zero, and the unused end of its buffer is cut off."""
+    if isinstance(message, WrittenMessage):
+        return type_name_of(message.kind), message.cdr
     type_name = type_name_of(type(message))
     data = bytearray(serialize_message(message))
     return type_name, bytes(data[:_clear(data, RECORDINGS.header_bytes, _fields(type_name))])

@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo
 
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import TRUTH_TYPES, BagReader, LeftOut, RawMessage, recorded_frame
-from tactile_driver.recordings.serialization import decode, type_name_of, unusable
+from tactile_driver.recordings.serialization import decode, encode, type_name_of, unusable
 
 from ..core.errors import BadArgument, BadFrame, BadRecording, TactileError, by_name
 from ..core.parameter_files import all_values, check_sections, read_parameters
@@ -50,8 +50,8 @@ def make_stage(params: Path, calibration: Path | None = None, **own: object) -> 
 
 
 class Replay:
-    """The messages that come of a recording, one list for each message of the bag that is used: itself where it is kept, and the estimates,
-    not serialised yet, where it is a raw one.
+    """The messages that come of a recording, one list for each message of the bag that is used: itself where it is kept, and the estimates
+    where it is a raw one.
 
     bag: of raw data, or of dots alone; params, calibration: files as for make_stage; namespace: of the sensor, '' for the only one; topics:
     estimates that are wanted, None for all. prefix: '/ns/' of the sensor; raw: topic of its raw data; open(): a reader of the bag, with
@@ -134,7 +134,8 @@ class Replay:
             end = time.thread_time()
             for stage, seconds in (('decoding', decoded - begin), ('estimating', end - decoded), ('all', end - begin)):
                 self.stages[stage].append(seconds)
-        return [RawMessage(self.prefix + topic, '', item.stamp_ns, b'', result) for topic, results in found.items() for result in results]
+        return [RawMessage(self.prefix + topic, type_name, item.stamp_ns, data) for topic, results in found.items()
+                for type_name, data in map(encode, results)]
 
 
 def _holds_dots_alone(topics: Collection[str], namespace: str) -> bool:

@@ -6,18 +6,19 @@ Readers of recorded results and of ground truth, which has the same types, conve
 """
 from __future__ import annotations
 
-from array import array
+import struct
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 import yaml
-from geometry_msgs.msg import Point, Transform, TransformStamped, Vector3, WrenchStamped
+from geometry_msgs.msg import TransformStamped, WrenchStamped
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from tactile_driver.nodes.messages.conversions import bytes_of, header_of, polygon
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.recordings.written_message import WrittenMessage
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ..core.messages import check_numbers, dot_numbers
 from . import dots
@@ -25,11 +26,7 @@ from .estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
 from .surface_points import SurfacePoints
 
 
-def _floats(values: np.ndarray) -> array:
-    return array('f', values.astype(np.float32).tobytes())
-
-
-def tracks_to_message(tracks: dots.DotTracks, header) -> DotTracks:
+def tracks_to_message(tracks: dots.DotTracks, header) -> WrittenMessage:
     """Make the message of tracked dots.
 
     Parameters
@@ -41,15 +38,15 @@ def tracks_to_message(tracks: dots.DotTracks, header) -> DotTracks:
 
     Returns
     -------
-    DotTracks
+    WrittenMessage
+        Of DotTracks.
     """
-    message = DotTracks(header=header, rows=tracks.rows, columns=tracks.columns)
-    message.id = array('I', np.ascontiguousarray(tracks.id, np.uint32).tobytes())
-    message.u, message.v = map(_floats, tracks.uv.T)
-    message.du, message.dv = map(_floats, tracks.duv.T)
-    message.area = _floats(tracks.area)
-    if tracks.xyz is not None:
-        message.x, message.y, message.z = map(_floats, tracks.xyz.T)
+    message = WrittenMessage(DotTracks, header)
+    message.add(np.uint16, (tracks.rows, tracks.columns))
+    message.add_sequence(np.uint32, tracks.id)
+    xyz = np.empty((0, 3)) if tracks.xyz is None else tracks.xyz
+    for values in (*tracks.uv.T, tracks.area, *tracks.duv.T, *xyz.T):
+        message.add_sequence(np.float32, values)
     return message
 
 
@@ -77,7 +74,7 @@ def tracks_from_message(message: DotTracks) -> dots.DotTracks:
                           xyz if xyz.shape[1] else None)
 
 
-def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
+def region_to_message(estimate: ContactRegionEstimate, header) -> WrittenMessage:
     """Make the message of a contact region.
 
     Parameters
@@ -89,36 +86,25 @@ def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
 
     Returns
     -------
-    ContactRegion
+    WrittenMessage
+        Of ContactRegion.
     """
-    message = ContactRegion(header=header)
-    message.dot_id = array('I', np.ascontiguousarray(estimate.dot_id, np.uint32).tobytes())
-    message.dot_state = array('B', np.ascontiguousarray(estimate.dot_state, np.uint8).tobytes())
-    message.dot_confidence = _floats(estimate.dot_confidence)
-    message.outlines = [polygon(points) for points in estimate.outlines]
-    message.holes = [polygon(points) for points in estimate.holes]
-    for name in ('area', 'orientation', 'major_axis', 'minor_axis', 'motion_interval'):
-        setattr(message, name, float(getattr(estimate, name)))
-    _set_xyz(message.centroid, estimate.centroid)
-    _set_xyz(message.normal, estimate.normal)
-    _set_transform(message.motion, estimate.motion_translation, estimate.motion_rotation)
-    message.motion_covariance = estimate.motion_covariance.ravel()
-    _set_transform(message.pose, estimate.pose_translation, estimate.pose_rotation)
+    message = WrittenMessage(ContactRegion, header)
+    message.add_sequence(np.uint32, estimate.dot_id)
+    message.add_sequence(np.uint8, estimate.dot_state)
+    for loops in (estimate.outlines, estimate.holes):
+        message.add_count(len(loops))
+        for loop in loops:
+            message.add_sequence(np.float32, loop)
+    message.add(np.float64, np.concatenate([
+        [estimate.area], estimate.centroid, estimate.normal, [estimate.orientation, estimate.major_axis, estimate.minor_axis],
+        estimate.motion_translation, estimate.motion_rotation, [estimate.motion_interval], estimate.motion_covariance.ravel(),
+        estimate.pose_translation, estimate.pose_rotation]))
+    message.add_sequence(np.float32, estimate.dot_confidence)
     return message
 
 
-def _set_xyz(target: Point | Vector3, values: np.ndarray) -> None:
-    """Set a point or vector within a message: a new one would be made after the message has made its own."""
-    target.x, target.y, target.z = np.asarray(values, float).tolist()
-
-
-def _set_transform(target: Transform, translation: np.ndarray, rotation: np.ndarray) -> None:
-    _set_xyz(target.translation, translation)
-    turn = target.rotation
-    turn.x, turn.y, turn.z, turn.w = np.asarray(rotation, float).tolist()
-
-
-def contacts_to_message(estimates: list[ContactEstimate], header) -> Contacts:
+def contacts_to_message(estimates: list[ContactEstimate], header) -> WrittenMessage:
     """Make the message of contacts.
 
     Parameters
@@ -130,20 +116,20 @@ def contacts_to_message(estimates: list[ContactEstimate], header) -> Contacts:
 
     Returns
     -------
-    Contacts
+    WrittenMessage
+        Of Contacts.
     """
-    return Contacts(header=header, contacts=[_contact_message(estimate) for estimate in estimates])
-
-
-def _contact_message(estimate: ContactEstimate) -> Contact:
-    message = Contact(id=estimate.id, depth=float(estimate.depth), force=float(estimate.force), flags=estimate.flags,
-                      position_covariance=np.asarray(estimate.position_covariance, float).ravel())
-    _set_xyz(message.position, estimate.position)
-    _set_xyz(message.normal, estimate.normal)
+    message = WrittenMessage(Contacts, header)
+    message.add_count(len(estimates))
+    for estimate in estimates:
+        message.add_count(estimate.id)
+        message.add(np.float64, np.concatenate([estimate.position, estimate.normal, [estimate.depth, estimate.force],
+                                                np.ravel(estimate.position_covariance)]))
+        message.add(np.uint8, estimate.flags)
     return message
 
 
-def wrench_to_message(wrench: np.ndarray, header) -> WrenchStamped:
+def wrench_to_message(wrench: np.ndarray, header) -> WrittenMessage:
     """Make the message of a wrench.
 
     Parameters
@@ -155,15 +141,15 @@ def wrench_to_message(wrench: np.ndarray, header) -> WrenchStamped:
 
     Returns
     -------
-    WrenchStamped
+    WrittenMessage
+        Of WrenchStamped.
     """
-    message = WrenchStamped(header=header)
-    _set_xyz(message.wrench.force, wrench[:3])
-    _set_xyz(message.wrench.torque, wrench[3:])
+    message = WrittenMessage(WrenchStamped, header)
+    message.add(np.float64, wrench)
     return message
 
 
-def slip_to_message(estimate: SlipEstimate, header) -> Slip:
+def slip_to_message(estimate: SlipEstimate, header) -> WrittenMessage:
     """Make the message of slip.
 
     Parameters
@@ -175,28 +161,41 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
 
     Returns
     -------
-    Slip
+    WrittenMessage
+        Of Slip.
     """
-    message = Slip(header=header, state=estimate.state)
-    message.slipping_fraction, message.confidence = float(estimate.slipping_fraction), float(estimate.confidence)
-    _set_xyz(message.velocity.linear, estimate.linear)
-    _set_xyz(message.velocity.angular, estimate.angular)
-    message.velocity_covariance = estimate.velocity_covariance.ravel()
-    _set_xyz(message.rotation_center, estimate.rotation_center)
-    message.x, message.y, message.vx, message.vy = map(_floats, (estimate.x, estimate.y, estimate.vx, estimate.vy))
+    message = WrittenMessage(Slip, header)
+    message.add(np.uint8, estimate.state)
+    message.add(np.float32, estimate.slipping_fraction)
+    message.add(np.float64, np.concatenate([estimate.linear, estimate.angular, estimate.velocity_covariance.ravel(),
+                                            estimate.rotation_center]))
+    for values in (estimate.x, estimate.y, estimate.vx, estimate.vy):
+        message.add_sequence(np.float32, values)
+    message.add(np.float32, estimate.confidence)
     return message
 
 
 POINTS = {'points': PointCloud2}
 _VECTORS = 'xyz', 'normal', 'displacement', 'force'  # of a point, in the order of their fields
 _FLOATS = (*(f'{name}{axis}' for name in ('', 'normal_', 'displacement_', 'force_') for axis in 'xyz'), 'normal_force')
-_FIELDS = [*(PointField(name=name, offset=4 * k, datatype=PointField.FLOAT32, count=1) for k, name in enumerate(_FLOATS)),
-           PointField(name='state', offset=4 * len(_FLOATS), datatype=PointField.UINT8, count=1)]
 _VECTOR = np.dtype('V12')  # three floats, which NumPy copies as one
 _POINT = np.dtype([*((name, _VECTOR) for name in _VECTORS), ('normal_force', '<f4'), ('state', 'u1'), ('filled', 'V3')])
 
 
-def points_to_message(points: SurfacePoints, header) -> PointCloud2:
+def _written_fields() -> bytes:
+    """Write the sequence of sensor_msgs/PointField of a point as CDR."""
+    data = struct.pack('<I', len(_FLOATS) + 1)
+    for k, name in enumerate((*_FLOATS, 'state')):
+        text = name.encode() + b'\0'
+        data += struct.pack(f'<I{len(text)}s', len(text), text)
+        data += bytes(-len(data) % 4) + struct.pack('<IBxxxI', 4 * k, PointField.UINT8 if name == 'state' else PointField.FLOAT32, 1)
+    return data
+
+
+_FIELDS = _written_fields()
+
+
+def points_to_message(points: SurfacePoints, header) -> WrittenMessage:
     """Make the point cloud of a sensor's surface.
 
     Parameters
@@ -208,17 +207,21 @@ def points_to_message(points: SurfacePoints, header) -> PointCloud2:
 
     Returns
     -------
-    PointCloud2
-        As many rows and columns as the grid.
+    WrittenMessage
+        Of PointCloud2, with as many rows and columns as the grid.
     """
     rows, columns = points.shape
     packed = np.zeros(rows * columns, _POINT)
     for name in _VECTORS:
         packed[name] = np.ascontiguousarray(getattr(points, name), '<f4').view(_VECTOR)[:, 0]
     packed['normal_force'], packed['state'] = points.normal_force, points.state
-    message = PointCloud2(header=header, height=rows, width=columns, fields=_FIELDS.copy(), is_bigendian=False, point_step=_POINT.itemsize,
-                          row_step=_POINT.itemsize * columns, is_dense=bool(np.isfinite(points.xyz).all()))
-    message.data = bytes_of(packed)
+    message = WrittenMessage(PointCloud2, header)
+    message.add(np.uint32, points.shape)
+    message.add_bytes(_FIELDS)
+    message.add(np.bool_, False)  # not big-endian
+    message.add(np.uint32, (_POINT.itemsize, _POINT.itemsize * columns))
+    message.add_sequence(np.uint8, packed.view(np.uint8))
+    message.add(np.bool_, np.isfinite(points.xyz).all())
     return message
 
 

@@ -15,6 +15,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.recordings.written_message import WrittenMessage
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 from .errors import BadFrame
@@ -109,6 +110,8 @@ def check_numbers(message) -> None:
     BadFrame
         If arrays that belong together differ in length, a state is not defined, or a number is infinite or beyond every sensor.
     """
+    if isinstance(message, WrittenMessage):
+        message = message.message
     if isinstance(message, DotTracks):
         dot_numbers(message)
     elif isinstance(message, ContactRegion):

@@ -112,7 +112,7 @@ class Stage(ABC):
         Returns
         -------
         dict
-            Topic to list of messages.
+            Topic to list of messages, each of the type in `outputs` or a WrittenMessage of it.
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Stage(ABC):
         Returns
         -------
         dict
-            Topic to list of messages.
+            Topic to list of messages, each of the type in `outputs` or a WrittenMessage of it.
 
         Raises
         ------

@@ -7,12 +7,12 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import CompressedImage, Image, JointState
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from tactile_driver.nodes.messages.images import grey_to_array
+from tactile_driver.recordings.written_message import WrittenMessage
 
 from ..common import messages as convert
 from ..common.geometry import FrameTree, wrench_at
@@ -117,7 +117,7 @@ class TaxelStage(Stage):
         depth = contact_depth(self.values, position)
         self.estimator.grasped = replace(self.estimator.grasped, depth=depth)
 
-    def _at_wrench_frame(self, wrench: np.ndarray, header: Header) -> WrenchStamped:
+    def _at_wrench_frame(self, wrench: np.ndarray, header: Header) -> WrittenMessage:
         """Transform a wrench (6,) to the frame of parameter wrench_frame; NaN if tf does not lead there."""
         frame = self.values['wrench_frame']
         pose = self._tree.pose(header.frame_id.lstrip('/'), frame)

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import COMPRESSED, BagWriter
 
 from ..bags.replay import KEPT, Replay
@@ -36,8 +35,7 @@ def process_bag(replay: Replay, target: Path, stopped: Callable[[], bool] = lamb
     with BagWriter(target, COMPRESSED) as writer:  # measured: points of a taxel array are 60 times as large as its images
         for messages in progress(replay, 'messages'):
             for message in messages:
-                type_name, data = (message.type_name, message.data) if message.data else encode(message.message)
-                writer.write(message.topic, type_name, message.stamp_ns, data)
+                writer.write(message.topic, message.type_name, message.stamp_ns, message.data)
                 written[message.topic.removeprefix(replay.prefix)] += 1
             if stopped():
                 break

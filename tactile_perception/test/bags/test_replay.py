@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.recordings.reader import BagReader
-from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts, Slip
 from tactile_perception.bags.replay import Replay
@@ -49,7 +49,8 @@ def test_transforms_tell_of_the_grasped_object_and_those_that_stay_are_written_a
     messages = list(Replay(bag, tmp_path / 'bag.yaml'))
     assert {message.topic for one in messages for message in one} == {
         '/tf_static', *(f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench', 'points'))}
-    force = of(messages, '/pad/wrench')[-1].message.wrench.force
+    last = of(messages, '/pad/wrench')[-1]
+    force = decode(last.data, last.type_name).wrench.force
     assert [force.x, force.y] == pytest.approx([-1.0, 0.0], abs=1e-12)
 
 
@@ -70,9 +71,8 @@ def test_a_recording_of_dots_alone_gives_contacts(tmp_path, pressed_bag):
     with BagWriter(tmp_path / 'bag') as writer:
         for one in whole:
             if one.topic in ('/touchpad/dots', '/touchpad/camera_info'):
-                kind, data = (one.type_name, one.data) if one.data else encode(one.message)
-                writer.write(one.topic, kind, one.stamp_ns, data)
-    areas = [[one.message.area for one in messages if one.topic == '/touchpad/contact_region']
+                writer.write(one.topic, one.type_name, one.stamp_ns, one.data)
+    areas = [[decode(one.data, one.type_name).area for one in messages if one.topic == '/touchpad/contact_region']
              for messages in (whole, [m for some in Replay(tmp_path / 'bag', params) for m in some])]
     assert areas[1] == pytest.approx(areas[0], rel=1e-3, abs=1e-9) and max(areas[0]) > 1e-5
 
@@ -90,7 +90,7 @@ def test_a_sensor_of_no_known_type_has_dots(tmp_path):
             kind, data = encode(message)
             writer.write('/skin/image_raw', kind, 10**8 * k, data)
     dots = of(Replay(tmp_path / 'bag', tmp_path / 'my_skin.yaml'), '/skin/dots')
-    assert [len(one.message.id) for one in dots] == [12] * 3
+    assert [len(decode(one.data, one.type_name).id) for one in dots] == [12] * 3
 
 
 def test_each_image_comes_with_what_is_known_of_it(pressed_bag):

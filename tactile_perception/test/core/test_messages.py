@@ -9,6 +9,7 @@ from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchSt
 from sensor_msgs.msg import CameraInfo, Image, PointField
 from std_msgs.msg import Header
 
+from tactile_driver.recordings.serialization import encode, type_name_of
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.common import dots as estimated, messages as convert
 from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
@@ -87,6 +88,23 @@ def test_slip_and_wrench():
     back = convert.slip_from_message(convert.slip_to_message(made, HEADER))
     same(made, back, ('state', 'slipping_fraction', 'linear', 'angular', 'velocity_covariance', 'rotation_center', 'x', 'y', 'vx', 'vy'))
     assert convert.wrench_from_message(convert.wrench_to_message(np.arange(6.0), HEADER)).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+@pytest.mark.parametrize('frame', ['', 'pad', 'left_thumb_pad'])
+def test_written_messages_are_the_bytes_that_the_middleware_makes(frame):
+    header, rng = Header(frame_id=frame, stamp=HEADER.stamp), np.random.default_rng(1)
+    loops = [rng.normal(size=(count, 3)) for count in (3, 0, 1)]
+    region = ContactRegionEstimate(np.arange(3), np.arange(3, dtype=np.uint8), loops, loops[:1], 0.1, *rng.normal(size=(2, 3)),
+                                   *rng.normal(size=3), dot_confidence=rng.uniform(size=3))
+    unknown = ContactRegionEstimate(np.zeros(0), np.zeros(0))
+    contacts = [ContactEstimate(k, *rng.normal(size=(2, 3)), 1e-3, np.nan, rng.normal(size=(3, 3)), k, None) for k in range(3)]
+    slip = SlipEstimate(2, 0.3, *rng.normal(size=(2, 3)), rng.normal(size=(6, 6)), rng.normal(size=3), *rng.normal(size=(4, 5)), 0.7)
+    for written in (*(convert.tracks_to_message(some_tracks(xyz), header) for xyz in (True, False)), convert.slip_to_message(slip, header),
+                    *(convert.region_to_message(one, header) for one in (region, unknown)), convert.slip_to_message(SlipEstimate(), header),
+                    *(convert.contacts_to_message(contacts[:count], header) for count in (0, 1, 3)),
+                    convert.wrench_to_message(np.arange(6), header), points_to_message(some_points(), header)):
+        assert encode(written) == (type_name_of(written.kind), encode(written.message)[1])
+        assert written.header == header and isinstance(written.message, written.kind)
 
 
 NAN = float('nan')
@@ -179,7 +197,7 @@ def read(message):
 def test_every_field_comes_back():
     points, header = some_points(), Header(frame_id='pad')
     message = points_to_message(points, header)
-    assert message.header is header and [f.name for f in message.fields] == NAMES
+    assert message.header == header and [f.name for f in message.fields] == NAMES
     for name, values in read(message).items():
         np.testing.assert_array_equal(values, columns(points)[name], name)
 
@@ -200,7 +218,7 @@ def test_sensor_msgs_py_reads_it():
     reader = pytest.importorskip('sensor_msgs_py.point_cloud2')
     points = some_points()
     message = points_to_message(points, Header())
-    found = reader.read_points(message)
+    found = reader.read_points(message.message)
     for name in NAMES:
         np.testing.assert_array_equal(found[name].ravel(), columns(points)[name], name)
-    np.testing.assert_array_equal(reader.read_points_numpy(message, ['x', 'y', 'z']), points.xyz.astype(np.float32))
+    np.testing.assert_array_equal(reader.read_points_numpy(message.message, ['x', 'y', 'z']), points.xyz.astype(np.float32))

@@ -320,7 +320,7 @@ def test_the_stamp_goes_through_and_the_frame_is_the_sensors(ball_messages, done
     for image, message, result in zip(ball_messages[1], dots, results):
         wanted = Header(stamp=image.header.stamp, frame_id='touchpad')
         assert message.header == wanted and set(result) == {*RESULTS, 'points'}
-        assert all(type(part) is (RESULTS | POINTS)[topic] and part.header == wanted for topic, part in result.items())
+        assert all(part.kind is (RESULTS | POINTS)[topic] and part.header == wanted for topic, part in result.items())
 
 
 def test_a_ball_is_one_contact_and_rest_is_none(ball_messages, done):

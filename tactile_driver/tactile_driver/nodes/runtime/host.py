@@ -18,6 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from ...recordings.written_message import WrittenMessage
 from ...sources.source import NS
 from ..messages.images import message_type
 
@@ -129,8 +130,6 @@ def received_ns(info: dict) -> int:
     return info['received_timestamp'] or info['source_timestamp']
 
 
-
-
 class SharedPublisher:
     """A publisher with local subscribers ("takers"): functions in its process, called with each message in the publishing thread. The
     middleware gets the message if it has subscribers too. changed: called when takers are added or removed."""
@@ -153,14 +152,15 @@ class SharedPublisher:
         return len(self.takers) + self._publisher.get_subscription_count()
 
     def publish(self, message, waited_s: float = 0.0) -> None:
-        """Publish to the middleware first, then to the takers, with a sending time waited_s, s, before now. An inactive lifecycle publisher
-        publishes nothing."""
+        """Publish to the middleware first, then to the takers, with a sending time waited_s, s, before now. The middleware gets the bytes
+        of a WrittenMessage, takers its message. An inactive lifecycle publisher publishes nothing."""
         if not getattr(self._publisher, 'is_activated', True):
             return
+        written = isinstance(message, WrittenMessage)
         if self._publisher.get_subscription_count():
-            self._publisher.publish(message)
+            self._publisher.publish(message.cdr if written else message)
         for take in self.takers:
-            take(message, time.time_ns() - round(waited_s * NS))
+            take(message.message if written else message, time.time_ns() - round(waited_s * NS))
 
     def wait_for_all_acked(self, timeout: Duration) -> bool:
         """Wait for the middleware's subscribers; takers are done when publish returns."""
