@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from importlib.metadata import distribution
 from threading import RLock
 
 from rclpy.node import Node
@@ -21,6 +22,8 @@ from tactile_perception.core.sensor_type import NODES
 
 def made(names: Sequence[str]) -> Iterator[Node]:
     """Make the nodes in this order, publishers before the nodes that receive their messages by calls. Raises TactileError."""
+    # The nodes of this package are known without the entry points of all packages, which delay the start.
+    NODES.update((entry.name, entry.value) for entry in distribution('tactile_bringup').entry_points if entry.group == NODES.group)
     for name in names:
         if name not in NODES:
             raise BadArgument(f'node {name!r} is unknown; known are {", ".join(NODES)}')

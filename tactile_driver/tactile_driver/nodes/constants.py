@@ -26,7 +26,6 @@ class NodeConstants:
     max_saturated_share: float = constant(0.01, '1', 'limit', 'share of saturated samples above which there is a warning')
     max_skipped_share: float = constant(0.05, '1', 'limit',
                                         'share of skipped frames that is not reported: the machine was busy for a moment')
-    meter_blocks: int = constant(4000, '1', 'limit', 'blocks of samples in the window of a meter, at a thousand a second')
     max_contact_step: float = constant(5e-3, 'm', 'limit', 'between frames; a contact that moves further gets a new id')
     max_read_s: float = constant(0.1, 's', 'limit', 'duration of one read of messages')
     calm_s: float = constant(1.0, 's', 'limit', 'time without an event after which it is logged again')

@@ -29,12 +29,15 @@ class SampleMeter:
     def __init__(self, saturation: float):
         self._saturation = saturation
         self.samples = 0
-        self._recent: deque[tuple[float, int, int]] = deque(maxlen=NODES.meter_blocks)  # monotonic s, samples, saturated ones
+        self._recent: deque[tuple[float, int, int]] = deque()  # monotonic s, samples, saturated ones
 
     def add(self, volts: np.ndarray) -> None:
         """Count samples (N, 4), V."""
         self.samples += len(volts)
-        self._recent.append((time.monotonic(), len(volts), int((volts >= self._saturation).any(axis=1).sum())))
+        now = time.monotonic()
+        self._recent.append((now, len(volts), int((volts >= self._saturation).any(axis=1).sum())))
+        while self._recent[0][0] < now - SOURCES.window_s:
+            self._recent.popleft()
 
     def _lately(self) -> np.ndarray:
         recent = np.array(list(self._recent)).reshape(-1, 3)  # another thread adds

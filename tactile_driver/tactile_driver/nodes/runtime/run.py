@@ -31,6 +31,8 @@ EXIT_FAILURE = 2
 #: to the system when it is freed; pictures stay in the heap, whose free end is kept up to twice that; all threads share one heap. By
 #: default the limit rises to the largest block that was ever freed: a touchpad's process keeps 14 MB more, for no time saved
 _MALLOPT = {-3: 2 << 20, -1: 4 << 20, -8: 1}  # M_MMAP_THRESHOLD, M_TRIM_THRESHOLD, M_ARENA_MAX
+#: what the types of messages import beside what they need, if it is there: the generator of their code and its parser, 3 MB
+_GENERATOR = 'rosidl_generator_py.generate_py_impl'
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
@@ -77,6 +79,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
     nodes: list[Node] = []
     make_room_for_images()
     _give_memory_back()
+    sys.modules.setdefault(_GENERATOR, None)  # makes its import fail
     sys.setswitchinterval(NODES.switch_s)
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     executor, ended = SingleThreadedExecutor(), threading.Event()
