@@ -6,12 +6,13 @@
 #include "bindings/border.hpp"
 #include "common/rows.hpp"
 #include "dots/blobs.hpp"
-#include "dots/deviation.hpp"
 #include "dots/discs.hpp"
 #include "dots/finder.hpp"
 #include "dots/lattice.hpp"
 #include "dots/likely.hpp"
 #include "dots/links.hpp"
+#include "dots/numbering.hpp"
+#include "dots/reference.hpp"
 
 namespace tactile::border {
 namespace {
@@ -155,9 +156,51 @@ static void bind_dots(py::module_& parent) {
                       {"rc (N, 2)", "member (N) bool"});
     def(module, "find_lattice", "Lattice of dots at positions, px, with the direction of its rows within 45 degrees of u.",
         {"positions (N, 2) [-1e12, 1e12]"}, [](const Doubles& positions) { return find_lattice(positions, positions.length()); });
-    class_of<DotDeviation>(module, "DotDeviation", "Whether dots are touched, and their largest deviation: src/dots/deviation.hpp.");
-    def(module, "deviation", "DotDeviation of dots at uv, px, that are displaced by duv, NaN: unknown; sigma: of a coordinate.",
-        {"uv (N, 2) [-1e12, 1e12]", "duv (N, 2)", "sigma (N)"}, deviation);
+    auto numbers = record<GridNumbers>(module, "GridNumbers", "Numbers of dots on a printed grid: src/dots/numbering.hpp.", {"id (N)"});
+    get(numbers, "certain", "whether the frame is numbered; single dots may still have -1",
+        [](const GridNumbers& one) { return one.reason.empty(); });
+    auto numbering = class_of<GridNumbering>(module, "GridNumbering", "Rows and columns of dots on a printed grid, image by image.");
+    init(
+        numbering, {"rows", "columns", "is_whole"},
+        [](std::int64_t rows, std::int64_t columns, bool is_whole) {
+            if (std::min(rows, columns) < 2 || std::max(rows, columns) > MAX_ROWS)
+                refuse("a grid has at least 2 rows and 2 columns, not " + std::to_string(rows) + " x " + std::to_string(columns) +
+                       "; use rows = columns = 0 with the tracker for other patterns");
+            return GridNumbering({rows, columns, is_whole});
+        },
+        true);
+    def(
+        numbering, "number", "Numbers of dots at uv, px. The published method needs the image's size; this one does not.",
+        {"uv (N, 2)", "width", "height"},
+        [](GridNumbering& one, const Rows2& uv, double, double) {
+            return change(one, [&](GridNumbering& next) { return next.number(uv); });
+        },
+        0.0, 0.0);
+    def(module, "find_grid", "Rows and columns of the grid that dots at uv, px, form, as far as it is seen; 0 where most form none.",
+        {"uv (N, 2)"}, [](const Rows2& uv) {
+            const PrintedGrid found = find_grid(uv);
+            return std::pair(found.rows, found.columns);
+        });
+    using R = DotReference;
+    class_of<R::Update>(module, "ReferenceUpdate", "Displacements of dots, px: src/dots/reference.hpp.");
+    auto reference = class_of<R>(module, "DotReference", "Undeformed positions of dots: src/dots/reference.hpp.");
+    init(reference, {"time_constant_s [1e-300, inf]", "frames [1, 1e9]"},
+         [](double time_constant_s, std::int64_t frames) { return R(time_constant_s, frames); });
+    get(reference, "count", "of dots", [](const R& one) { return one.positions().id.size(); });
+    get(reference, "id (K)", "rising", [](const R& one) { return one.positions().id; });
+    get(reference, "uv (K, 2)", "px", [](const R& one) { return one.positions().uv; });
+    get(reference, "is_touched", "whether something touched in the last frame", &R::is_touched);
+    def(reference, "reset", "Forget all positions.", {}, &R::reset);
+    def(reference, "take", "Replace the positions by uv, px, each of which counts as so many averaged frames.",
+        {"id (N)", "uv (N, 2) [-1e12, 1e12]", "frames (N)"}, &R::take);
+    def(reference, "displacement", "uv less the positions of these dots, px; NaN where unknown.", {"id (N)", "uv (N, 2)"},
+        &R::displacement);
+    def(reference, "update",
+        "Displacements of dots, and whether dots were added; is_touched: as known by a later stage, None to decide by the dots.",
+        {"id (N)", "uv (N, 2)", "sigma (N)", "stamp_s", "is_touched"},
+        [](R& one, const Numbers& id, const Rows2& uv, const Eigen::VectorXd& sigma, double stamp_s, std::optional<bool> is_touched) {
+            return one.update({id, uv, sigma}, stamp_s, is_touched);
+        });
     class_of<TrackLinks>(module, "TrackLinks", "Links from tracks to the dots of a frame: src/dots/links.hpp.", {"position (M, 2)"});
     def(module, "discs_at -> (N, 5)", "Column, row, correlation, amplitude and ground of discs on a ring at pixels: src/dots/discs.hpp.",
         {"image (H, W)", "disc (S=1..255, S)", "both (S, S)", "column (N)", "row (N)"}, discs_at);

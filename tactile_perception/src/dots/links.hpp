@@ -12,6 +12,8 @@ namespace tactile {
 
 using Positions = Eigen::Matrix2Xd;  // px, a column each
 
+constexpr double FARTHEST = 1e9;  // px, limit: positions beyond it are invalid
+
 // Tracks of dots before a frame. last, predicted, first: positions in their last frame, in this frame at constant velocity, and where they
 // began; seen: whether the last frame showed them.
 struct TracksBefore {

@@ -28,21 +28,6 @@ class Dots:
         return Dots(self.uv[some], self.area[some], self.sigma[some])
 
 
-@dataclass(frozen=True)
-class GridNumbers:
-    """Numbers of N dots on a printed grid. id: (N,) int64, row * columns + column, -1 where not certain; reason: why no dot is numbered,
-    ''; pitch: px, NaN where unknown."""
-
-    id: np.ndarray
-    reason: str = ''
-    pitch: float = np.nan
-
-    @property
-    def certain(self) -> bool:
-        """Whether the frame is numbered; single dots may still have -1."""
-        return not self.reason
-
-
 _REAL = frozenset(('uv', 'area', 'sigma', 'duv', 'xyz'))  # of DotTracks, in double precision
 
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from .. import _core
 from ..common.neighbours import Neighbours
-from ..common.statistics import upper_median
 from ..core.errors import BadArgument
 from .links import FARTHEST
 
@@ -37,14 +36,6 @@ _GRID_PART, _GRID_SIZE = 0.3, 0.01  # as _SHARED_PART: irregular prints have up 
 _GRID_KEPT = 85  # percent
 _VIEW_STEPS, _VIEW_STEP = 8, 0.3  # steps of the fit of the view, and the largest one, in half sizes of the grid
 _SLOPE, _VIEW_RANK = 1e-4, 1e-5  # differences of its numerical derivatives; a view without distortion shows no centre of it
-# Contact: by deviations from the motion that all dots share (kernel: src/dots/deviation.cpp)
-# What a contact leaves behind (creep of the pad, shifted print) looks like a small persistent one, and is followed as drift: it is small,
-# small against the contact before it, and still for some time.
-_RELEASED, _LARGEST = 0.15, 1.0  # of the largest size of a contact, and px, largest residue
-_SETTLED_S = 3.0  # s without motion
-_GROWN = 1.5  # times its accepted size, from which a residue is contact again
-_REST, _REST_NOISE = 0.1, 7.0  # px, and standard deviations, largest motion of nearly all dots at rest: 5 sqrt 2, of a difference
-_NEARLY_ALL, _SAME_SHARE = 0.99, 0.9  # of the dots: that are at rest; least number seen in both frames
 
 
 @dataclass(frozen=True)
@@ -88,38 +79,45 @@ class CalibratedRest:
 
 
 class Reference:
-    """Untouched positions of indexed dots, px: averaged over the first frames, followed as they drift, held during contact.
+    """Untouched positions of indexed dots, px: averaged over the first frames, followed as they drift, held during contact
+    (src/dots/reference.hpp).
 
     time_constant_s: of drift; frames: number of untouched frames that are averaged first; known: calibrated positions, used while a sensor
-    that starts under contact is not released, and averaged in as 10 frames where the first dots are at them. id, uv: (K,), rising, and
-    (K, 2) px, the positions; touched: whether something touched in the last frame; warning: why the reference may not be untouched, ''. A
-    dot that appears later gets its position in the next untouched frame. Raises BadArgument for a time constant that is not positive or
-    frames below 1.
+    that starts under contact is not released, and averaged in as 10 frames where the first dots are at them. warning: why the reference may
+    not be untouched, ''. A dot that appears later gets its position in the next untouched frame. Raises BadArgument for a time constant
+    that is not positive or frames below 1.
     """
 
     def __init__(self, time_constant_s: float = 30.0, frames: int = 10, known: CalibratedRest | None = None):
         if not (time_constant_s > 0 and frames >= 1):
             raise BadArgument(f'time_constant_s > 0 and frames >= 1 are needed, not {time_constant_s} and {frames}')
-        self._time_constant_s, self._frames, self._known, self._contact = time_constant_s, frames, known, _Contact()
+        self._kernel, self._known = _core.dots.DotReference(time_constant_s, frames), known
         self.reset()
+
+    @property
+    def id(self) -> np.ndarray:
+        """(K,) int64, rising, of the dots with a position."""
+        return self._kernel.id
+
+    @property
+    def uv(self) -> np.ndarray:
+        """(K, 2) px, their positions."""
+        return self._kernel.uv
+
+    @property
+    def touched(self) -> bool:
+        """Whether something touched in the last frame."""
+        return self._kernel.is_touched
 
     @property
     def taken(self) -> bool:
         """Whether there is a reference."""
-        return len(self.id) > 0
+        return self._kernel.count > 0
 
     def reset(self) -> None:
         """Take the next frame as the reference."""
-        self._take(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0, np.int64))
-        self.warning, self._doubted, self.touched, self._stamp_s = '', False, False, np.nan
-
-    def _take(self, id: np.ndarray, uv: np.ndarray, frames: np.ndarray) -> None:
-        """Replace the positions by uv (N, 2) px of dots id (N,), each of which counts as so many averaged frames (N,), and forget earlier
-        contacts."""
-        order = np.argsort(id)
-        self.id, self.uv, self._counts = id[order], uv[order], frames[order]
-        self._averaged = frames.max(initial=0) + self._frames
-        self._contact.forget()
+        self._kernel.reset()
+        self.warning, self._doubted = '', False
 
     def update(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float, columns: int,
                touched: bool | None = None) -> np.ndarray:
@@ -128,48 +126,18 @@ class Reference:
         touched: as known by a later stage, None to decide by the dots; columns: of the grid, 0 for other patterns. Dots with a non-finite
         position count as not seen.
         """
-        id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
-        seen, duv = np.logical_and(*(np.abs(uv.T) < FARTHEST)), np.full(uv.shape, np.nan)
-        duv[seen] = self._displaced(id[seen], uv[seen], sigma[seen], stamp_s, columns, touched)
-        return duv
-
-    def _displaced(self, id, uv, sigma, stamp_s, columns, touched) -> np.ndarray:
-        if not self.taken or self._doubted and not self._known.judge(id, uv).pressed:
+        if not self.taken or self._doubted and not self._is_pressed(id, uv):
             self.reset()
-            self._begin(id, uv, columns)
-        at, known = _find(id, self.id)
-        duv = uv - self.uv.take(at, axis=0)
-        duv[~known] = np.nan
-        self.touched = self._contact.judge(id, uv, duv, sigma, stamp_s) if touched is None else touched
-        if not self.touched:
-            self._follow(at[known], duv.compress(known, axis=0), stamp_s)
-            if not known.all():
-                self._add(id[~known], uv[~known])
-                if self._known is not None and self._known.judge(self.id, self.uv).pressed:
-                    self._begin(self.id, self.uv, columns)  # with the dots that were added it does not show an untouched sensor
-            duv = uv - self.positions(id)
-        self._stamp_s = stamp_s
-        return duv
+            seen = (np.abs(uv) < FARTHEST).all(axis=1)
+            self._begin(id[seen], uv[seen], columns)
+        found = self._kernel.update(id, uv, sigma, stamp_s, touched)
+        if found.grown and self._known is not None and self._is_pressed(self.id, self.uv):
+            self._begin(self.id, self.uv, columns)  # with the dots that were added it does not show an untouched sensor
+            return self._kernel.displacement(id, uv)
+        return found.displacement
 
-    def positions(self, id: np.ndarray) -> np.ndarray:
-        """Reference positions (N, 2) px of dots id (N,), NaN where unknown."""
-        at, known = _find(id, self.id)
-        return np.where(known[:, None], self.uv[at], np.nan) if self.taken else np.full((len(id), 2), np.nan)
-
-    def _follow(self, at, duv, stamp_s) -> None:
-        """Average the first frames of the dots with these indices (N,), displaced by duv (N, 2), then follow with the time constant."""
-        elapsed = max(stamp_s - self._stamp_s, 0.0) if np.isfinite(self._stamp_s) else 0.0
-        gain = np.where(self._counts[at] < self._averaged, 1 / (self._counts[at] + 1), min(1.0, elapsed / self._time_constant_s))
-        self.uv = self.uv.copy()
-        self.uv[at] += gain[:, None] * duv
-        self._counts[at] += 1
-
-    def _add(self, id, uv) -> None:
-        """Give dots without a reference their present position."""
-        every = np.concatenate([self.id, id])
-        order = np.argsort(every)
-        self.id, self.uv = every[order], np.concatenate([self.uv, uv])[order]
-        self._counts = np.concatenate([self._counts, np.zeros(len(id), np.int64)])[order]
+    def _is_pressed(self, id, uv) -> bool:
+        return self._known.judge(id, np.where(np.abs(uv) < FARTHEST, uv, np.nan)).pressed
 
     def _begin(self, id, uv, columns) -> None:
         """Take the reference from dots id (N,) at uv (N, 2) px."""
@@ -186,61 +154,7 @@ class Reference:
                 at = np.isin(id, calibrated)
                 uv, frames[at] = uv.copy(), _CALIBRATED
                 uv[at] = self._known.uv[id[at]]
-        self._take(id, uv, frames)
-
-
-class _Contact:
-    """Whether something touches the dots."""
-
-    def __init__(self):
-        self.forget()
-
-    def forget(self) -> None:
-        """Nothing touches."""
-        self._largest, self._accepted = 0.0, np.nan  # px, of the contact, and of its accepted residue
-        self._since_s, self._still = np.inf, (np.zeros(0, np.int64), np.zeros((0, 2)))  # since when, and where it is still
-
-    def judge(self, id: np.ndarray, uv: np.ndarray, duv: np.ndarray, sigma: np.ndarray, stamp_s: float) -> bool:
-        """Whether dots id (N,) at uv (N, 2), displaced by duv (N, 2) px, NaN: unknown, are touched; sigma: (N,) px."""
-        found = _core.dots.deviation(uv, duv, sigma)
-        size = found.size
-        if not found.is_touched:
-            self.forget()
-            return False
-        self._largest = max(self._largest, size)
-        if not self._rests(id, uv, sigma):
-            order = np.argsort(id)
-            self._since_s, self._still, self._accepted = stamp_s, (id[order], uv[order]), np.nan
-        if np.isfinite(self._accepted):
-            return size > _GROWN * self._accepted
-        if size > min(_RELEASED * self._largest, _LARGEST) or stamp_s - self._since_s < _SETTLED_S:
-            return True
-        self._accepted = size
-        return False
-
-    def _rests(self, id, uv, sigma) -> bool:
-        """Whether nearly all dots are where they came to rest."""
-        then, position = self._still
-        at, both = _find(id, then)
-        off = uv.compress(both, axis=0) - position.take(at[both], axis=0)
-        square = np.einsum('nk,nk->n', off, off)
-        if len(square) < max(1, _SAME_SHARE * max(len(id), len(then))):
-            return False
-        known = sigma[np.isfinite(sigma)]
-        limit = max(_REST, _REST_NOISE * upper_median(known)) if len(known) else _REST
-        return _ranked(square, _NEARLY_ALL * (len(square) - 1)) < limit**2
-
-
-def _ranked(values: np.ndarray, rank: float) -> float:
-    """The value (N,) of that rank, from 0, rounded down."""
-    return float(np.partition(values, int(rank))[int(rank)])
-
-
-def _find(id: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Index (N,) of ids (N,) among known (K,), which rise, and whether they are there (N,)."""
-    at = np.searchsorted(known, id)
-    at[at == len(known)] = 0
-    return at, known[at] == id if len(known) else np.zeros(len(id), bool)
+        self._kernel.take(id, uv, frames)
 
 
 def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
@@ -254,6 +168,11 @@ def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
     pitch = np.nanmedian(steps) if np.isfinite(steps).any() else np.nan
     warning = _unlike(positions, pitch)
     return warning and _unlike(positions - _view(positions), pitch)
+
+
+def _ranked(values: np.ndarray, rank: float) -> float:
+    """The value (N,) of that rank, from 0, rounded down."""
+    return float(np.partition(values, int(rank))[int(rank)])
 
 
 def _unlike(positions, pitch) -> str:

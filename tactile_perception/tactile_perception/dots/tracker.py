@@ -14,7 +14,7 @@ from ..common.dots import Dots, DotTracks
 from ..core.errors import BadArgument, BadFrame
 from .detect import DotDetector
 from .links import Linker
-from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, find_grid, grid_numbering
+from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, grid_numbering
 from .reference import CalibratedRest, Reference
 
 _JUMPED = 'since the frame before the dots moved by about half their spacing or more'
@@ -208,8 +208,8 @@ class DotTracker:
         if 0 < measured < getattr(self._detector, 'measured', 0):
             self._start_again(stamp_s)
         if self._search_grid:
-            self.rows, self.columns = find_grid(dots.uv)
-            self._numbering = GridNumbering(self.rows, self.columns, whole=False) if self.rows else self._linker
+            self.rows, self.columns = _core.dots.find_grid(dots.uv)
+            self._numbering = GridNumbering(self.rows, self.columns, is_whole=False) if self.rows else self._linker
             self._search_grid = False
         return dots
 

@@ -15,7 +15,8 @@ import cv2
 import numpy as np
 import scipy
 
-from ..common.dots import Dots, GridNumbers
+from .._core.dots import GridNumbers
+from ..common.dots import Dots
 from ..common.surface import grid_normals, label_score, to_grid
 from ..common.surface_points import NON_CONTACT, SLIPPING, STICKING
 from ..core.errors import BadArgument, BadFrame
@@ -117,7 +118,7 @@ class PaperNumbering:
         uv, id = np.asarray(uv, np.float64), np.full(len(uv), -1)
         good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < FARTHEST)
         id[good], reason = self._number(uv[good], (np.array([width, height]) - 1) / 2)
-        return GridNumbers(id, reason)
+        return GridNumbers(id=id, reason=reason)
 
     def _number(self, uv, centre) -> tuple[np.ndarray, str]:
         if len(uv) < 4:

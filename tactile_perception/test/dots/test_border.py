@@ -15,7 +15,7 @@ SMALL = np.arange(600, dtype=np.uint8).reshape(20, 30)
 REGIONS = {'image': np.repeat(np.repeat(SMALL, 2, 0), 2, 1), 'small': SMALL, 'labels': np.ones((20, 30), np.uint16),
            'box': np.array([[3, 4, 10, 12]], np.int32), 'centre': np.array([[8.0, 9.0]]), 'label': np.ones(1, np.uint16)}
 TRACKS = {'last': UV, 'predicted': UV + 1.0, 'first': UV - 3.0, 'seen': np.ones(len(UV), bool), 'dots': UV + 0.8}
-MOVED = {'uv': UV, 'duv': 0.3 * np.sin(UV), 'sigma': np.full(len(UV), 0.02)}
+SEEN = {'id': np.arange(len(UV)), 'uv': UV + 0.3 * np.sin(UV), 'sigma': np.full(len(UV), 0.02)}
 LOOK, MODEL = Appearance('grey', 1, 4.0, 6.0, 8.0, 0.9, -100.0, 150.0, 2.0), DiscModel(4.0, 8.0, 0.9)
 TABLES = {name: getattr(MODEL, name) for name in ('basis', 'estimators', 'modes', 'gains', 'levers', 'profile')}
 
@@ -36,12 +36,21 @@ def call_finder(image=IMAGE, **tables):
     return arrays_of(dots.DotFinder(Given(MODEL, tables), LOOK).find(image), 'uv', 'area', 'sigma', 'candidates')
 
 
+def call_reference(**arrays):
+    """Displacements from a reference of some of the dots."""
+    reference = dots.DotReference(30.0, 10)
+    reference.take(SEEN['id'][:30], UV[:30], np.zeros(30, np.int64))
+    return arrays_of(reference.update(**SEEN | arrays, stamp_s=0.0, is_touched=None), 'displacement', 'grown')
+
+
 #: What is called, how it is called here, and an example of each of its arrays.
 CALLS = {
     'DotFinder': (call_finder, {'image': IMAGE, **TABLES}),
     'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'link_tracks': (lambda **arrays: arrays_of(dots.link_tracks(**TRACKS | arrays, size=(300.0, 200.0)), 'dot', 'position'), TRACKS),
-    'deviation': (lambda **arrays: arrays_of(dots.deviation(**MOVED | arrays), 'is_touched', 'size'), MOVED),
+    'GridNumbering': (lambda uv=UV: arrays_of(dots.GridNumbering(6, 7).number(uv), 'id', 'reason'), {'uv': UV}),
+    'find_grid': (lambda uv=UV: [np.array(dots.find_grid(uv))], {'uv': UV}),
+    'DotReference': (call_reference, SEEN),
     'find_lattice': (lambda positions=UV: arrays_of(dots.find_lattice(positions), 'rc', 'member'), {'positions': UV}),
 }
 

@@ -206,7 +206,7 @@ def test_a_grid_of_which_an_image_showed_ten_rows_is_never_a_row_off(seed):
     """An object drags a gel of 14 rows by 0.7 of a pitch and lets go at once; a third of the dots are not found."""
     rng, numbered = np.random.default_rng(seed), 0
     row, column = np.divmod(np.arange(14 * 12), 12)
-    printed, numbering = np.stack([column, row], axis=1) + rng.normal(0, 0.03, (len(row), 2)), GridNumbering(10, 12, whole=False)
+    printed, numbering = np.stack([column, row], axis=1) + rng.normal(0, 0.03, (len(row), 2)), GridNumbering(10, 12, is_whole=False)
     for shift in np.r_[0, 0, np.arange(0, 0.75, 0.05), 0.15, 0, 0]:
         uv = 67.0 * (printed + [0.3 * shift, shift] * (1 + np.exp(-((printed - [6, 7])**2).sum(axis=1, keepdims=True) / 8))) + [40, -80]
         seen = (uv[:, 1] > 15) & (uv[:, 1] < 705) & ((rng.uniform(size=len(row)) > 0.3) | (shift == 0))
