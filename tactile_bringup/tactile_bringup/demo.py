@@ -28,17 +28,13 @@ from tactile_driver.nodes.runtime.run import exit_process, run_node
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.core.messages import check_message, stamp_seconds
 
+from .constants import DEMO
 from .nodes.drawing_node import StampSync
 from .parameters.table import DEMO_PARAMETERS, VIDEO_RATE
 from .visualization.pictures import lines_of
 
 _TOPICS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 _PICTURE, _READING = 'image_annotated', 'reading'
-_CHECK_S, _LINE_S = 0.25, 1.0  # between two checks for the end, and between two lines
-_SILENCE_S = 3.0  # without a frame, after which the recording has ended or the device is lost
-_RECENT_FRAMES = 90  # 3 s at 30 Hz
-_MAX_LATENCY_S = 60.0  # older stamps are those of a recording, whose latency is unknown
-_MAX_STILL_FRAMES = 30  # of the video, 2 s: a longer gap in the stamps is cut to this
 #: Value of a frame -> name of the picture of the frame where it is largest; unit, factor and format of the value in the report.
 VALUES = {'displacement': ('largest_displacement', 'px', 1.0, '.1f'), 'area': ('largest_contact', 'mm2', 1e6, '.0f'),
           'depth': ('deepest_contact', 'mm', 1e3, '.1f')}
@@ -82,7 +78,7 @@ class Summary:
         self.first_s = self.last_s = math.nan
         self._largest: dict[str, float] = {}
         self._latencies: list[float] = []
-        self._stamps: deque[float] = deque(maxlen=_RECENT_FRAMES)
+        self._stamps: deque[float] = deque(maxlen=DEMO.recent_frames)
         self._shown: dict[str, float] = {}  # as _largest, of the frames with a picture
         self._kept: dict[str, tuple[float, np.ndarray]] = {}
 
@@ -91,7 +87,7 @@ class Summary:
         self.first_s = self.first_s if self.frames else reading.stamp_s
         self.frames, self.last_s = self.frames + 1, reading.stamp_s
         self._stamps.append(reading.stamp_s)
-        self._latencies.append(reading.latency_s if abs(reading.latency_s) < _MAX_LATENCY_S else math.nan)
+        self._latencies.append(reading.latency_s if abs(reading.latency_s) < DEMO.max_latency_s else math.nan)
         self._larger(self._largest, reading)
 
     def add_picture(self, reading: Reading, image: np.ndarray) -> None:
@@ -113,7 +109,7 @@ class Summary:
         span = self._stamps[-1] - self._stamps[0]
         rate = (len(self._stamps) - 1) / span if span > 0 else math.nan
         return ' | '.join([f'{reading.stamp_s - self.first_s:5.1f} s', *filter(None, reading.words),
-                           f'{_number(rate, ".0f")} Hz, {_milliseconds(self._latencies[-_RECENT_FRAMES:], 50)} ms'])
+                           f'{_number(rate, ".0f")} Hz, {_milliseconds(self._latencies[-DEMO.recent_frames:], 50)} ms'])
 
     def report(self) -> list[str]:
         """The last lines: frames, rate, latency, maxima, refused messages."""
@@ -158,7 +154,7 @@ class Video:
         due = int((stamp_s - self._first_s) * VIDEO_RATE + 0.5) + 1
         if image.shape[1::-1] != self._size or due <= self.frames:
             return
-        for _ in range(min(due - self.frames, _MAX_STILL_FRAMES)):
+        for _ in range(min(due - self.frames, DEMO.max_still_frames)):
             self._writer.write(image)
         self.frames = due
 
@@ -196,7 +192,7 @@ class DemoNode(Node):
         self._log = LogOnce(self)
         for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
             self.create_subscription(kind, topic, lambda message, topic=topic: self._on_message(topic, message), QoSProfile(depth=30))
-        steady_timer(self, _CHECK_S, self._check)
+        steady_timer(self, DEMO.check_s, self._check)
 
     def destroy_node(self) -> None:
         """Print the summary and write the pictures first."""
@@ -235,10 +231,10 @@ class DemoNode(Node):
         """Print the numbers; end the demo when its time is over or the source has ended."""
         self._expected = {topic for topic in _TOPICS if self.count_publishers(topic)}
         now, reading, limit = time.monotonic(), self._reading, self._settings['seconds']
-        if reading is not None and now - self._drawn_s >= _LINE_S and reading is not self._shown:
+        if reading is not None and now - self._drawn_s >= DEMO.line_s and reading is not self._shown:
             print(self._summary.line(reading), flush=True)
             self._drawn_s, self._shown = now, reading
-        if now - self._arrival_s > (_SILENCE_S if reading else self._settings['patience']) or (
+        if now - self._arrival_s > (DEMO.silence_s if reading else self._settings['patience']) or (
                 reading and 0 < limit <= self._summary.last_s - self._summary.first_s):
             self._over = True
             raise KeyboardInterrupt  # ends run_node's spinning as Ctrl-C does

@@ -19,9 +19,10 @@ import pyarrow.parquet as pq
 
 from tactile_driver.errors import BadRecording
 
+from .constants import EXPORT
+
 _FILE = 'chunk-{chunk_index:03d}/file-{file_index:03d}'
 _FIRST = _FILE.format(chunk_index=0, file_index=0)
-_ROWS = 256  # that are in memory at once
 _OWN = {'timestamp': 'float32', 'frame_index': 'int64', 'episode_index': 'int64', 'index': 'int64', 'task_index': 'int64'}
 _IMAGE = '/image'
 
@@ -106,12 +107,13 @@ def _blocks(columns: list[dict], widths: dict, images: set[str], rate: int) -> I
     before = 0
     for number, episode in enumerate(columns):
         count = len(next(iter(episode.values())))
-        for begin in range(0, count, _ROWS):
-            frames = np.arange(begin, min(begin + _ROWS, count))
+        for begin in range(0, count, EXPORT.rows_in_memory):
+            frames = np.arange(begin, min(begin + EXPORT.rows_in_memory, count))
             same = np.ones(len(frames), np.int64)
             own = {'timestamp': (frames / rate).astype(np.float32), 'frame_index': frames, 'episode_index': number * same,
                    'index': before + frames, 'task_index': 0 * same}
-            yield {_key(name): _padded(episode[name][begin:begin + _ROWS], widths[name]) for name in widths if name not in images} | own
+            rows = slice(begin, begin + EXPORT.rows_in_memory)
+            yield {_key(name): _padded(episode[name][rows], widths[name]) for name in widths if name not in images} | own
         before += count
 
 

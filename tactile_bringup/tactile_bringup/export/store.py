@@ -10,14 +10,12 @@ import numpy as np
 
 from tactile_driver.errors import BadRecording
 
+from .constants import EXPORT
 from .fields import Field
 
 _MASK = '.mask'
 _EPISODE = 'episode_{:06d}'
-_CHUNK_BYTES = 1 << 18  # of an array in the file
-_LARGE_BYTES = 1 << 16  # a row that is larger is an image of a camera: lzf would save 13 % of it, and cost 6.4 ms for 640 x 480 x 3
 _SMALLER = {'compression': 'lzf', 'shuffle': True}
-_BUFFERED_BYTES = 1 << 18  # of a column in memory
 
 
 class Columns:
@@ -48,7 +46,7 @@ class Columns:
                 own = self._attributes.get(name.rpartition('/')[0], {})
                 self._notes[name] = {'note': field.note, 'is_variable': field.is_variable, **own}
             waiting.append(field.values)
-            if len(waiting) * max(field.values.nbytes, 64) > _BUFFERED_BYTES:
+            if len(waiting) * max(field.values.nbytes, 64) > EXPORT.buffered_bytes:
                 self._flush(name)
         self._rows += 1
 
@@ -79,7 +77,7 @@ class Columns:
     def _append(self, name: str, block: np.ndarray) -> None:
         if name not in self._arrays:
             per_row = max(block[0].nbytes, 1)
-            chunks = (max(1, min(1024, _CHUNK_BYTES // per_row)), *(max(1, size) for size in block.shape[1:]))
+            chunks = (max(1, min(1024, EXPORT.chunk_bytes // per_row)), *(max(1, size) for size in block.shape[1:]))
             self._arrays[name] = self._create(name, (0, *block.shape[1:]), chunks, block.dtype)
             self._arrays[name].attrs.update(self._notes.get(name, {'note': 'true where the array of this name has an entry'}))
         stored = self._arrays[name]
@@ -149,7 +147,7 @@ class Store:
 
 
 def _is_large(shape: tuple[int, ...], dtype: np.dtype) -> bool:
-    return int(np.prod(shape[1:], dtype=int)) * dtype.itemsize > _LARGE_BYTES
+    return int(np.prod(shape[1:], dtype=int)) * dtype.itemsize > EXPORT.max_compressed_row
 
 
 def join(sources: Sequence[Path], target: Path, kind: str) -> None:

@@ -27,18 +27,13 @@ from tactile_perception.taxel.parameters import taxel_estimator
 from tactile_perception.touchpad.stage import TouchpadStage
 
 from ..sensor_files import parameter_file, simulated_calibration
+from .constants import GRASP
 from .controller import GripController, GripLimits, Phase, Reading, slip_probability
-from .objects import ARRAY_PARAMETERS, HELD_S, JERKS, OBJECTS, SETTLED_S, HeldObject, object_named
+from .objects import ARRAY_PARAMETERS, JERKS, OBJECTS, HeldObject, object_named
 from .skin import PARAMETERS, TouchpadFinger
-from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
+from .world import GraspTruth, GraspWorld
 
 POLICIES = ('controller', 'array alone', 'fixed', 'oracle')
-TOUCHPAD_RATE = 50.0  # Hz
-FIXED_FORCE = 6.0  # N, of a gripper that knows nothing of its object
-ORACLE_MARGIN = 1.3  # over the least force, of a gripper that knows weight and friction
-SLIP_SPEED = 2e-3  # m/s, from which the engine's object slips: far above its creep of 1e-6 m/s
-_UNTOUCHED_S, _MAX_DURATION_S = 0.3, 20.0  # before the gripper closes; of a grasp that is never lifted
-FALLEN = 0.015  # m; an object that has moved so far in the hand is dropped
 
 
 @dataclass(frozen=True)
@@ -77,8 +72,8 @@ class ArraySensor:
 
     def __init__(self, seed: int, partial: bool = True):
         self._partial = partial
-        self._array = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
-        self.counts, self.result = np.zeros((TAXELS, TAXELS), np.uint8), None  # of the last frame
+        self._array = Ink((GRASP.taxels, GRASP.taxels), seed, 1 / GRASP.frame_s)
+        self.counts, self.result = np.zeros((GRASP.taxels, GRASP.taxels), np.uint8), None  # of the last frame
         parameters = node_parameters('taxel_contact_node', parameter_file('taxel_array', True))
         self._estimator = taxel_estimator(parameters | {'calibration': simulated_calibration('taxel_array'), **ARRAY_PARAMETERS})
 
@@ -96,14 +91,14 @@ class TouchpadSensor:
 
     def __init__(self, held: HeldObject, seed: int, topics: Sequence[str] = ()):
         self.light = 0  # grey levels that a lamp outside adds to its images
-        self.finger, self._frames, self._topics = TouchpadFinger(held, TOUCHPAD_RATE, seed), 0, ('wrench', 'slip', *topics)
+        self.finger, self._frames, self._topics = TouchpadFinger(held, GRASP.touchpad_rate, seed), 0, ('wrench', 'slip', *topics)
         self.image, self.found = np.zeros((1, 1, 3), np.uint8), {}  # the last image, and its messages by topic
         self._stage = TouchpadStage(node_parameters('touchpad_contact_node', parameter_file('touchpad', True)) | PARAMETERS)
 
     def read(self, _pressure: np.ndarray, truth: GraspTruth) -> Reading | None:
         """What it reports of a frame of the engine; None between two images and of one that it refuses."""
         self._frames += 1
-        if self._frames % round(1 / (FRAME_S * TOUCHPAD_RATE)):
+        if self._frames % round(1 / (GRASP.frame_s * GRASP.touchpad_rate)):
             return None
         image = self.finger.advance(truth.object_pose, truth.pad_force).image
         if self.light:
@@ -123,7 +118,6 @@ class TouchpadSensor:
 
 #: What goes wrong one second after the lift began, for the rest of the grasp. A lamp outside shines through the skin.
 FAULTS = ('array unplugged', 'touchpad unplugged', 'both unplugged', 'frames late', 'light on')
-_FAULT_S, _LATE_S, _LAMP = 1.0, 0.1, 60  # s, s, grey levels
 
 
 class Sensors:
@@ -138,15 +132,15 @@ class Sensors:
 
     def read(self, pressure: np.ndarray, truth: GraspTruth, lifted_s: float) -> list[tuple[str, Reading]]:
         """The readings that arrive with this frame of the engine, with the names of their sensors."""
-        fault = self._fault if lifted_s >= _FAULT_S else ''
+        fault = self._fault if lifted_s >= GRASP.fault_begin_s else ''
         if self.touchpad:
-            self.touchpad.light = _LAMP if fault == 'light on' else 0
+            self.touchpad.light = GRASP.lamp_level if fault == 'light on' else 0
         for name, sensor in (('array', self.array), ('touchpad', self.touchpad)):
             if sensor is None or fault in (f'{name} unplugged', 'both unplugged'):
                 continue
             reading = sensor.read(pressure, truth)
             if reading is not None:
-                self._waiting.append((truth.time_s + (_LATE_S if fault == 'frames late' else 0.0), name, reading))
+                self._waiting.append((truth.time_s + (GRASP.late_s if fault == 'frames late' else 0.0), name, reading))
         arrived = []
         while self._waiting and self._waiting[0][0] <= truth.time_s + 1e-9:
             arrived.append(self._waiting.popleft()[1:])
@@ -173,8 +167,8 @@ class Trace:
         lifted, seen = lifted > 0, seen > 0
         if not lifted.any():  # never held
             return Grasp(True, bool(force.max() > self._crushing_force), np.inf, *[np.nan] * 7)
-        is_dropped = bool((np.nan_to_num(moved[lifted]) > FALLEN).any() or not held[-1])
-        slipping, still = (held > 0) & (speed > SLIP_SPEED), (held > 0) & (speed < 0.25 * SLIP_SPEED)
+        is_dropped = bool((np.nan_to_num(moved[lifted]) > GRASP.dropped_displacement).any() or not held[-1])
+        slipping, still = (held > 0) & (speed > GRASP.slip_speed), (held > 0) & (speed < 0.25 * GRASP.slip_speed)
         by_array, by_touchpad = array > GripLimits.slip_probability, touchpad > GripLimits.slip_probability
         return Grasp(is_dropped, bool(force.max() > self._crushing_force), float('inf') if is_dropped else float(moved[lifted].max()),
                      float(np.median((force / least)[held > 0])) if held.any() else np.nan, _delay(slipping, command), friction,
@@ -191,7 +185,7 @@ def _delay(slipping: np.ndarray, command: np.ndarray) -> float:
     begins = np.flatnonzero(slipping[1:] & ~slipping[:-1]) + 1
     rises = np.flatnonzero(np.diff(command) > 0.01) + 1
     delays = [rises[rises >= begin][0] - begin for begin in begins if (rises >= begin).any()]
-    return FRAME_S * float(np.median(delays)) if delays else np.nan
+    return GRASP.frame_s * float(np.median(delays)) if delays else np.nan
 
 
 Watch = Callable[[GraspWorld, GraspTruth, Sensors, Collection[str]], None]
@@ -206,8 +200,8 @@ def grasp(name: str, policy: str, seed: int = 0, fault: str = '', watch: Watch |
     name : str
         One of OBJECTS.
     policy : str
-        One of POLICIES: the controller with both sensors; the same with the array alone; FIXED_FORCE; ORACLE_MARGIN times the least force
-        at every moment.
+        One of POLICIES: the controller with both sensors; the same with the array alone; GRASP.fixed_force; GRASP.oracle_margin times the
+        smallest force that holds at every moment.
     seed : int
         Of the noise and irregularities of the sensors.
     fault : str
@@ -228,20 +222,20 @@ def grasp(name: str, policy: str, seed: int = 0, fault: str = '', watch: Watch |
     world, trace = GraspWorld(held, JERKS if fault else disturbances), Trace(held.crushing_force)
     controller = GripController(GripLimits(margin=margin))
     sensors, command, held_s = Sensors(held, policy == 'controller', fault, seed, topics), -1.0, np.inf
-    while world.lifted_s < HELD_S and world.time_s < _MAX_DURATION_S:
+    while world.lifted_s < GRASP.held_s and world.time_s < GRASP.max_duration_s:
         pressure, truth = world.advance(command)
         readings = sensors.read(pressure, truth, world.lifted_s)
         trace.add(world.lifted_s, truth, command, dict(readings))
         if watch:
             watch(world, truth, sensors, [sensor for sensor, _ in readings])
-        if truth.time_s > _UNTOUCHED_S:
+        if truth.time_s > GRASP.untouched_s:
             controller.close()
         own = controller.wait(truth.time_s)
         for sensor, reading in readings:
             own = controller.take(reading, sensor)
         if controller.phase is Phase.HOLD:
             held_s = min(held_s, truth.time_s)
-        if truth.time_s - held_s > SETTLED_S and not world.lifted_s >= 0:
+        if truth.time_s - held_s > GRASP.settled_s and not world.lifted_s >= 0:
             world.lift()
         command = -1.0 if controller.phase is Phase.OPEN else _command(policy, own, truth)
     return trace.result(controller.friction.value / held.friction if policy == 'controller' else np.nan)
@@ -250,7 +244,7 @@ def grasp(name: str, policy: str, seed: int = 0, fault: str = '', watch: Watch |
 def _command(policy: str, own: float, truth: GraspTruth) -> float:
     if policy in ('controller', 'array alone') or own <= GripLimits.approach_force:  # all approach alike
         return own
-    return FIXED_FORCE if policy == 'fixed' else max(ORACLE_MARGIN * truth.least_force, GripLimits.min_force)
+    return GRASP.fixed_force if policy == 'fixed' else max(GRASP.oracle_margin * truth.least_force, GripLimits.min_force)
 
 
 #: Field of Grasp -> its factor in the table.

@@ -17,14 +17,14 @@ from scipy.spatial.transform import Rotation
 
 from tactile_driver.simulation.skin.tools import Pose
 
+from .constants import GRASP
 from .objects import HeldObject
-from .world import FRAME_S, GraspTruth, GraspWorld, model_text, mujoco
+from .world import GraspTruth, GraspWorld, model_text, mujoco
 
 LIFT_JOINT, FINGER_JOINT = 'lift_joint', 'left_finger_joint'
 JOINTS = LIFT_JOINT, FINGER_JOINT, 'right_finger_joint'
 OBJECT_SENSOR = 'object'  # prefix of the sensors of the object's position and orientation in the hand
-_LIFT_STIFFNESS = 2e4  # N/m of the wrist's drive: 1 kg lowers it by 0.5 mm
-_SOONER = 0.25 * FRAME_S  # by which a state may come before the frame is due: the simulator's cycles are not the frames
+_SOONER = 0.25 * GRASP.frame_s  # by which a state may come before the frame is due: the simulator's cycles are not the frames
 
 
 def simulator_text(held: HeldObject, pad: str) -> str:
@@ -33,7 +33,7 @@ def simulator_text(held: HeldObject, pad: str) -> str:
     for parent, child in (('sensor', 'tactile'), ('asset', 'mesh'), (".//body[@name='left']", "geom[@name='array']")):
         root.find(parent).remove(root.find(parent).find(child))
     actuators, sensors = root.find('actuator'), root.find('sensor')
-    ElementTree.SubElement(actuators, 'position', name='lift', joint=LIFT_JOINT, kp=str(_LIFT_STIFFNESS), dampratio='1')
+    ElementTree.SubElement(actuators, 'position', name='lift', joint=LIFT_JOINT, kp=str(GRASP.lift_stiffness), dampratio='1')
     of_object = {'objtype': 'xbody', 'objname': 'object', 'reftype': 'xbody', 'refname': 'hand'}
     for kind, suffix in (('framepos', 'pos'), ('framequat', 'quat')):
         ElementTree.SubElement(sensors, kind, name=f'{OBJECT_SENSOR}_{suffix}', **of_object)
@@ -105,7 +105,7 @@ class FollowedWorld(GraspWorld):
         """Wait until the simulator has come to the next frame; the force has no effect. Returns what `GraspWorld.advance` returns."""
         with self._fresh:
             self._fresh.wait_for(lambda: self._has_ended or (
-                self._state is not None and abs(self._state.time_s - self.time_s) >= FRAME_S - _SOONER))
+                self._state is not None and abs(self._state.time_s - self.time_s) >= GRASP.frame_s - _SOONER))
             before, state = self._earlier, self._state
         if state is not None and not self._has_ended:
             self._put(before or state, state)

@@ -22,13 +22,12 @@ from tactile_driver.nodes.runtime.run import process_of
 from tactile_driver.simulation.skin.tools import Pose
 from tactile_driver.sources.source import NS
 
+from .constants import GRASP
 from .followed_world import JOINTS, LIFT_JOINT, FollowedWorld, GripperState
 from .gripper_node import GripperSensors
-from .objects import LIFT_HEIGHT, LIFT_S, READY, Disturbance, HeldObject
+from .objects import READY, Disturbance, HeldObject
 
 POSE_TOPIC, LIFT_TOPIC = '/object_pose_broadcaster/pose', '/lift_controller/joint_trajectory'
-_QUEUE = 100  # messages: a second of the controllers
-_LOOK_S = 0.1  # between two looks whether the object is held
 
 
 class GripperFollower(GripperSensors):
@@ -43,9 +42,9 @@ class GripperFollower(GripperSensors):
         self._waiting: dict[int, JointState | PoseStamped] = {}
         self._has_states = False
         self._lift_output = self.create_publisher(JointTrajectory, LIFT_TOPIC, STREAM_QOS)
-        self._inputs = [self.create_subscription(JointState, '/joint_states', self._take, QoSProfile(depth=_QUEUE)),
-                        self.create_subscription(PoseStamped, POSE_TOPIC, self._take, QoSProfile(depth=_QUEUE))]
-        steady_timer(self, _LOOK_S, self._lift_when_held)
+        self._inputs = [self.create_subscription(JointState, '/joint_states', self._take, QoSProfile(depth=GRASP.waiting_messages)),
+                        self.create_subscription(PoseStamped, POSE_TOPIC, self._take, QoSProfile(depth=GRASP.waiting_messages))]
+        steady_timer(self, GRASP.held_check_s, self._lift_when_held)
         self.get_logger().info(f'waiting for /joint_states and {POSE_TOPIC} of the controllers')
 
     def _take(self, message: JointState | PoseStamped) -> None:
@@ -54,7 +53,7 @@ class GripperFollower(GripperSensors):
         other = self._waiting.pop(stamp, message)
         if isinstance(other, type(message)):
             self._waiting[stamp] = message
-            while len(self._waiting) > _QUEUE:
+            while len(self._waiting) > GRASP.waiting_messages:
                 self._waiting.pop(next(iter(self._waiting)))
         elif isinstance(message, JointState):
             self._combine(message, other)
@@ -76,7 +75,8 @@ class GripperFollower(GripperSensors):
 
     def _start_lift(self) -> None:
         """The controller interpolates by a cubic, which ends without velocity, as the wrist of gripper_node rises."""
-        point = JointTrajectoryPoint(positions=[LIFT_HEIGHT], velocities=[0.0], time_from_start=Duration(seconds=LIFT_S).to_msg())
+        lifted = Duration(seconds=GRASP.lift_s).to_msg()
+        point = JointTrajectoryPoint(positions=[GRASP.lift_height], velocities=[0.0], time_from_start=lifted)
         self._lift_output.publish(JointTrajectory(joint_names=[LIFT_JOINT], points=[point]))
         super()._start_lift()
 

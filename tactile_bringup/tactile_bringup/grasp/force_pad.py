@@ -8,7 +8,7 @@ import yaml
 
 from tactile_driver.simulation.force_taxels.device import Electronics, Specimen, flat_grid
 
-from .world import DOME_PITCH, DOMES, FRAME_S
+from .constants import GRASP
 
 _SPECIMEN = Specimen(press=6e7, pull=2e7, spread=0.0015)  # in N; a cover spreads the force of a dome over its neighbours
 
@@ -17,14 +17,14 @@ class ForcePad:
     """Electronics behind the domes; seed: of its noise and irregularities."""
 
     def __init__(self, seed: int):
-        self.shape = flat_grid(DOMES, DOME_PITCH, 1)
+        self.shape = flat_grid(GRASP.domes, GRASP.dome_pitch, 1)
         self._electronics = Electronics(self.shape, _SPECIMEN, np.random.default_rng([seed, 31]))
 
     def read(self, forces: np.ndarray) -> np.ndarray:
-        """Numbers (DOMES**2, 3), float32, of the forces (DOMES**2, 3), N, of a frame of the engine; a press is positive."""
-        return self._electronics.read(forces, FRAME_S)
+        """Numbers (GRASP.domes**2, 3), float32, of the forces (GRASP.domes**2, 3), N, of a frame of the engine; a press is positive."""
+        return self._electronics.read(forces, GRASP.frame_s)
 
 
 def layout() -> str:
     """Text of the pad's layout file."""
-    return yaml.safe_dump({'patches': [{'rows': DOMES, 'columns': DOMES, 'pitch': DOME_PITCH}]})
+    return yaml.safe_dump({'patches': [{'rows': GRASP.domes, 'columns': GRASP.domes, 'pitch': GRASP.dome_pitch}]})

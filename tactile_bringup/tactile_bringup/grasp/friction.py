@@ -7,14 +7,10 @@ import math
 
 import numpy as np
 
+from .constants import GRASP
+
 _COEFFICIENTS = np.geomspace(0.03, 4.0, 200)  # of friction: from oiled steel to tacky rubber, and beyond both
 _LOG = np.log(_COEFFICIENTS)
-_PRIOR_MEDIAN, _PRIOR_SPREAD = 0.5, 0.6  # of skins and rubber on dry objects: two thirds are between 0.27 and 0.9
-_RATIO_SPREAD = 0.08  # relative error of shear over normal force, as measured on the simulated touchpad
-_SLIP_SPREAD = 0.3  # relative error of Mindlin's equation, as measured on faces and balls: slip is seen only while the load grows
-_MIN_SHARE = 0.2  # of a contact that slips; a smaller one is within the error with which dots are called slipping
-_MIN_FORCE = 0.3  # N, of a contact whose ratio of forces has the error above
-_QUANTILE = 0.3  # of `cautious`
 
 
 def load_share(slipping: float) -> float:
@@ -54,10 +50,10 @@ class FrictionEstimate:
         slipping : float
             Part of the contact that slips, 0 to 1; NaN unknown.
         """
-        if not (normal >= _MIN_FORCE and shear > 0 and math.isfinite(slipping)):
+        if not (normal >= GRASP.min_force and shear > 0 and math.isfinite(slipping)):
             return
         ratio = shear / normal
-        if slipping < _MIN_SHARE:
+        if slipping < GRASP.min_slipping_share:
             self._stuck = max(ratio, self._stuck)
         elif ratio > self._largest:
             self._slipped = ratio, load_share(slipping)
@@ -72,7 +68,7 @@ class FrictionEstimate:
     @property
     def cautious(self) -> float:
         """The coefficient which the true one exceeds with a probability of 0.7."""
-        return self._quantile(_QUANTILE)
+        return self._quantile(GRASP.cautious_quantile)
 
     @property
     def error(self) -> float:
@@ -82,12 +78,12 @@ class FrictionEstimate:
     def _update(self) -> None:
         """Compute the distribution from what is known."""
         from scipy.special import log_ndtr  # 60 ms, which every node of a sensor would pay: their parameters are in one table
-        log = -0.5 * ((_LOG - math.log(_PRIOR_MEDIAN)) / _PRIOR_SPREAD)**2
+        log = -0.5 * ((_LOG - math.log(GRASP.friction_median)) / GRASP.friction_spread)**2
         if self._stuck:
-            log = log + log_ndtr((_LOG - math.log(self._stuck)) / _RATIO_SPREAD)
+            log = log + log_ndtr((_LOG - math.log(self._stuck)) / GRASP.ratio_error)
         if self._slipped:
             ratio, part = self._slipped
-            log = log - 0.5 * ((_LOG - math.log(ratio / part)) / _SLIP_SPREAD)**2
+            log = log - 0.5 * ((_LOG - math.log(ratio / part)) / GRASP.slip_error)**2
         self._below = np.cumsum(np.exp(log - log.max()))
 
     def _quantile(self, share: float) -> float:

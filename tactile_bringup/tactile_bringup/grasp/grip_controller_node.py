@@ -27,11 +27,9 @@ from tactile_driver.nodes.runtime.run import process_of
 from tactile_msgs.msg import Contacts, Slip
 
 from ..parameters.table import GRIP_PARAMETERS
+from .constants import GRASP
 from .controller import GripController, GripLimits, Phase, Reading, slip_probability
 
-_CHANGE = 0.01  # relative change of the force that is worth a new goal
-_PERIOD_S = 0.02  # between two looks at the age of the sensor's last message
-_ANSWER_S = 0.5  # a controller answers a goal within some ms, or never: the first one may come before it has discovered its client
 _ACTIONS = ('control_msgs/action/GripperCommand', 'control_msgs/action/ParallelGripperCommand')
 _NO_GRIPPER = f'no gripper serves the action gripper_cmd, of a type {" or ".join(_ACTIONS)}; start its controller, or remap the action'
 
@@ -61,7 +59,7 @@ class GripControllerNode(LifecycleNode):
                               for name, serve in (('grasp', self._grasp), ('release', self._release))]
         self._diagnostics = NodeDiagnostics(self, 'grip', self._settings['sensor'], self._examine)
         guard_services(self)
-        steady_timer(self, _PERIOD_S, self._wait)
+        steady_timer(self, GRASP.age_check_s, self._wait)
         if self._settings['autostart']:
             self.trigger_configure()
             self.trigger_activate()
@@ -124,7 +122,7 @@ class GripControllerNode(LifecycleNode):
     def _wait(self) -> None:
         if self._gripper is None:
             self._find_gripper()
-        elif self._answer is not None and not self._answer.done() and time.monotonic() > self._asked_s + _ANSWER_S:
+        elif self._answer is not None and not self._answer.done() and time.monotonic() > self._asked_s + GRASP.max_answer_s:
             self._answer.cancel()
             self._command(*self._goal)
         self._control.wait(1e-9 * self.get_clock().now().nanoseconds)
@@ -156,7 +154,7 @@ class GripControllerNode(LifecycleNode):
         if self._control.phase is Phase.OPEN:
             return
         self._output.publish(Float64(data=force))
-        if not abs(force - self._sent) <= _CHANGE * force and self._has_gripper:
+        if not abs(force - self._sent) <= GRASP.min_force_change * force and self._has_gripper:
             self._command(self._settings['closed_position'], force)
             self._sent = force
 

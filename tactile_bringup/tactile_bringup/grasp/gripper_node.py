@@ -37,16 +37,11 @@ from tactile_driver.simulation.taxel.pad import Ink
 from tactile_driver.sources.source import NS
 
 from ..parameters.table import GRIPPER_PARAMETERS
+from .constants import GRASP
 from .force_pad import ForcePad
-from .objects import READY, SETTLED_S, Disturbance, HeldObject, object_named
+from .objects import READY, Disturbance, HeldObject, object_named
 from .skin import TouchpadFinger
-from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
-
-_JOINT_RATE = 50.0  # Hz
-_MAX_STANDSTILL = 1e-5  # m per period of the joint states; a gripper that moves less has stalled or has reached its goal
-_REACHED = 5e-4  # m from the commanded gap
-_DRIVER_ENDS_S = 0.5  # Ctrl-C ends the array's driver at the same moment; it must not report that its port is gone
-_SLOW = 0.95  # of the pace, below which the gripper says that it is slower
+from .world import GraspTruth, GraspWorld
 
 
 class SimulatedGripper(PortEmulator):
@@ -60,11 +55,11 @@ class SimulatedGripper(PortEmulator):
 
     def __init__(self, link: Path, world: GraspWorld, seed: int, pace: float = 1.0,
                  tick: Callable[[int], None] = lambda _now_ns: None, start_ns: int = 0):
-        super().__init__(link, 1 / FRAME_S)
+        super().__init__(link, 1 / GRASP.frame_s)
         self.pace = pace
         self.world, self.force, self._tick, self._start_ns = world, -1.0, tick, start_ns
         self.truth: GraspTruth | None = None
-        self._sensor = ForcePad(seed) if world.has_domes else Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
+        self._sensor = ForcePad(seed) if world.has_domes else Ink((GRASP.taxels, GRASP.taxels), seed, 1 / GRASP.frame_s)
         if world.has_domes:
             self.kind, self.bits = VECTORS, 32
         self._compared = time.monotonic(), 0.0
@@ -77,7 +72,7 @@ class SimulatedGripper(PortEmulator):
         """Simulated over real time since the last call."""
         before, simulated = self._compared
         self._compared = time.monotonic(), self.world.time_s
-        return (self._compared[1] - simulated) / max(self._compared[0] - before, FRAME_S)
+        return (self._compared[1] - simulated) / max(self._compared[0] - before, GRASP.frame_s)
 
     def _counts(self) -> np.ndarray:
         load, self.truth = self.world.advance(self.force)
@@ -106,10 +101,10 @@ class TouchpadCamera:
 
     def _run(self) -> None:
         finger, due_s = TouchpadFinger(self._held, self._rate, self._seed), 0.0
-        while not self._stopped.wait(0.5 * FRAME_S):
+        while not self._stopped.wait(0.5 * GRASP.frame_s):
             truth = self._gripper.truth
             if truth is not None and truth.time_s >= due_s and self._image.get_subscription_count():
-                due_s = max(due_s + 1 / self._rate, truth.time_s + 0.5 * FRAME_S)  # no moment twice
+                due_s = max(due_s + 1 / self._rate, truth.time_s + 0.5 * GRASP.frame_s)  # no moment twice
                 self._publish(finger, truth)
 
     def _publish(self, finger: TouchpadFinger, truth: GraspTruth) -> None:
@@ -165,7 +160,7 @@ class GripperSensors(Node):
         if not self._lifts or truth is None or world.lifted_s >= 0 or not truth.is_held:
             return
         self._held_s = min(self._held_s, truth.time_s)
-        if truth.time_s - self._held_s > SETTLED_S:
+        if truth.time_s - self._held_s > GRASP.settled_s:
             self._start_lift()
 
     def _lift(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -175,18 +170,18 @@ class GripperSensors(Node):
 
     def _examine(self) -> Health:
         truth, speed = self._gripper.truth, self._gripper.speed()
-        values = {**common_values('running', speed / FRAME_S), 'speed (of real time)': speed}
+        values = {**common_values('running', speed / GRASP.frame_s), 'speed (of real time)': speed}
         if truth is not None:
             moved = float(np.linalg.norm(truth.displacement))
             values |= {'grip force (N)': truth.grip_force, 'least force (N)': truth.least_force, 'displacement (mm)': 1e3 * moved,
                        'held': truth.is_held}
-        if speed < _SLOW * self._gripper.pace:
+        if speed < GRASP.min_pace * self._gripper.pace:
             return Health(WARN, f'the engine runs at {100 * speed:.0f} % of real time, and all stamps with it; end other programs', values)
         return Health(OK, f'the engine runs at {100 * speed:.0f} % of real time', values)
 
     def destroy_node(self) -> None:
         """Stop the engine first."""
-        time.sleep(_DRIVER_ENDS_S)
+        time.sleep(GRASP.driver_end_s)
         self._stopped.set()
         self._touchpad.stop()
         self._thread.join()
@@ -209,7 +204,7 @@ class GripperNode(GripperSensors):
         self._position, self._is_still = 0.0, False
         self._joints = self.create_publisher(JointState, '/joint_states', STREAM_QOS)
         self._server = ActionServer(self, GripperCommand, 'gripper_cmd', self._finish, handle_accepted_callback=self._accept)
-        steady_timer(self, 1 / _JOINT_RATE, self._publish)
+        steady_timer(self, 1 / GRASP.joint_rate, self._publish)
         self.get_logger().info(f'{READY} {self._settings["port"]}')
 
     def _tick(self, now_ns: int) -> None:
@@ -230,7 +225,7 @@ class GripperNode(GripperSensors):
 
     def _finish(self, goal: ServerGoalHandle) -> GripperCommand.Result:
         """The result of a goal that has ended: reached, stalled, or replaced by another one."""
-        is_reached = abs(self._gap - goal.request.command.position) < _REACHED
+        is_reached = abs(self._gap - goal.request.command.position) < GRASP.goal_tolerance
         result = GripperCommand.Result(position=self._gap, effort=abs(self._gripper.force), stalled=self._is_still and not is_reached,
                                        reached_goal=is_reached)
         if goal is self._goal:
@@ -241,13 +236,13 @@ class GripperNode(GripperSensors):
 
     def _publish(self) -> None:
         before, self._position = self._position, self._gripper.world.opening
-        message = JointState(name=['left_finger_joint'], position=[self._position], velocity=[(self._position - before) * _JOINT_RATE],
+        message = JointState(name=['left_finger_joint'], position=[self._position], velocity=[(self._position - before) * GRASP.joint_rate],
                              effort=[self._gripper.force])
         message.header.stamp = Time(nanoseconds=self._gripper.stamp_ns(self._gripper.truth)).to_msg()
         self._joints.publish(message)
-        self._is_still = abs(self._position - before) < _MAX_STANDSTILL
+        self._is_still = abs(self._position - before) < GRASP.max_standstill
         self._lift_when_held()
-        if self._goal is not None and self._goal.is_active and self._is_still and self._gripper.world.time_s > 2 * FRAME_S:
+        if self._goal is not None and self._goal.is_active and self._is_still and self._gripper.world.time_s > 2 * GRASP.frame_s:
             self._goal.execute()
 
 

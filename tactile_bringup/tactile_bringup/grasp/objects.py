@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from tactile_driver.errors import by_name
 
-GRAVITY = 9.81  # m/s^2
+from .constants import GRASP
+
 #: Pad of the left finger -> sensor type.
 PADS: Mapping[str, str] = {'array': 'taxel_array', 'force_taxels': 'force_taxels'}
 FLAT_PAD, DOMED_PAD = PADS  # pressures of an array; forces on domes
-SETTLED_S = 0.5  # from the first contact to the lift
 #: Of the array's perception. The engine's taxels lie on the face of a rigid pad, so that they show no moment of friction: their cover is
 #: thinner than what they resolve. It shears as that of the usual pad does before it slips.
 ARRAY_PARAMETERS = {'pad.thickness': 1e-4, 'pad.shear_modulus': 5.2e3, 'object.can_roll': False}
@@ -59,12 +59,9 @@ class HeldObject:
         return self.size[0]
 
 
-OPENING = 0.01  # m from each pad to the object at the start
-
-
 def closing_width(held: HeldObject) -> float:
     """Position of the finger joints at which the pads would meet, m: at 0 the gripper is open around the object."""
-    return held.half_width + OPENING
+    return held.half_width + GRASP.opening
 
 
 OBJECTS: Mapping[str, HeldObject] = {
@@ -102,11 +99,6 @@ class Disturbance:
         else:
             share = float(self.begin_s <= time_s < self.end_s)
         return tuple(share * value for value in self.force)
-
-
-LIFT_S = 1.0  # the wrist takes to rise
-LIFT_HEIGHT = 0.10  # m
-HELD_S = 7.5  # from the beginning of the lift to the end
 
 
 def _shaken(begin_s: float, end_s: float, x: float, y: float, z: float) -> list[Disturbance]:

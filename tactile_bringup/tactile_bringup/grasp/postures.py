@@ -24,8 +24,9 @@ from tactile_perception.taxel.stage import TaxelStage
 
 from ..hand.urdf import inverted
 from ..sensor_files import parameter_file, simulated_calibration
-from .objects import ARRAY_PARAMETERS, GRAVITY, LIFT_S, HeldObject, object_named
-from .world import FRAME_S, TAXELS, GraspTruth, GraspWorld
+from .constants import GRASP
+from .objects import ARRAY_PARAMETERS, HeldObject, object_named
+from .world import GraspTruth, GraspWorld
 
 #: Rotation vectors of the wrist from upright, degrees: the array faces sideways, down, up and between.
 POSTURES = ((0, 0, 0), (60, 0, 0), (-60, 0, 0), (120, 0, 0), (180, 0, 0), (0, 45, 0), (0, -45, 0), (0, 90, 0), (0, -90, 0), (70, 50, 30))
@@ -35,8 +36,6 @@ OBJECT, FORCE = 'heavy_box', 16.0  # N of grip: twice the minimum, since it cree
 _WORLD, _ARRAY = 'world', 'array'
 # Pose of the force/torque sensor {S} in the frame of the array: behind it, and turned. Any other does, too.
 _SENSOR = Rotation.from_rotvec([0.2, 0.0, 1.2]), np.array([0.004, -0.006, -0.038])  # m
-_SPEED = 1.0  # rad/s of the wrist
-_SETTLES_S, _MEASURED_S, _UNTOUCHED_S = 0.5, 0.3, 0.3
 
 
 @dataclass(frozen=True)
@@ -59,9 +58,9 @@ class _Array:
     """The array's stage with each method, which know the pose of the arm by /tf."""
 
     def __init__(self, held: HeldObject, centre: np.ndarray, seed: int):
-        self._ink = Ink((TAXELS, TAXELS), seed, 1 / FRAME_S)
+        self._ink = Ink((GRASP.taxels, GRASP.taxels), seed, 1 / GRASP.frame_s)
         known = node_parameters('taxel_contact_node', parameter_file('taxel_array', True)) | {
-            'calibration': simulated_calibration('taxel_array'), **ARRAY_PARAMETERS, 'object.weight': held.mass * GRAVITY,
+            'calibration': simulated_calibration('taxel_array'), **ARRAY_PARAMETERS, 'object.weight': held.mass * GRASP.gravity,
             'object.gravity': [0.0, 0.0, -1.0], 'object.gravity_frame': _WORLD, 'object.centre_of_mass': centre.tolist(),
             'wrench_frame': FRAMES[0]}
         self._stages = {method: TaxelStage(known | {'method': method}) for method in METHODS}
@@ -101,25 +100,25 @@ def wrenches(postures: Sequence[Sequence[float]] = POSTURES, seed: int = 0) -> l
             centre = truth.pads[0].turn.T @ (truth.held.origin - truth.pads[0].origin)
             array = _Array(held, np.array([*centre[:2], held.half_width]), seed)
         estimated = array.read(pressure, truth, wrist)
-        force = FORCE if truth.time_s > _UNTOUCHED_S else -1.0
-        if truth.is_held and not world.lifted_s >= 0 and truth.time_s > _UNTOUCHED_S + _SETTLES_S:
+        force = FORCE if truth.time_s > GRASP.untouched_s else -1.0
+        if truth.is_held and not world.lifted_s >= 0 and truth.time_s > GRASP.untouched_s + GRASP.posture_settled_s:
             world.lift()
-        if not world.lifted_s > LIFT_S + _SETTLES_S:
+        if not world.lifted_s > GRASP.lift_s + GRASP.posture_settled_s:
             begin_s = truth.time_s
             continue
         missing = (targets[0] * wrist.inv()).as_rotvec()
         angle = float(np.linalg.norm(missing))
         if angle > 1e-6:
-            wrist = Rotation.from_rotvec(missing * min(_SPEED * FRAME_S / angle, 1.0)) * wrist
+            wrist = Rotation.from_rotvec(missing * min(GRASP.wrist_speed * GRASP.frame_s / angle, 1.0)) * wrist
             world.turn(wrist.as_rotvec())
             begin_s = truth.time_s
-        elif truth.time_s - begin_s > _SETTLES_S:
+        elif truth.time_s - begin_s > GRASP.posture_settled_s:
             turn, origin = inverted(_SENSOR)
             sensed = wrench_at(truth.array_wrench, turn.as_matrix(), origin)
             sums.append({FRAMES[0]: sensed, FRAMES[1]: _at_wrist(sensed, truth)} | {
                 key: value for method, wrench in estimated.items()
                 for key, value in (((method, FRAMES[0]), wrench), ((method, FRAMES[1]), _at_wrist(wrench, truth)))})
-            if truth.time_s - begin_s > _SETTLES_S + _MEASURED_S:
+            if truth.time_s - begin_s > GRASP.posture_settled_s + GRASP.posture_measured_s:
                 means = {key: np.mean([one[key] for one in sums], axis=0) for key in sums[0]}
                 found.append(PostureWrench({frame: means[frame] for frame in FRAMES},
                                            {key: means[key] for key in means if isinstance(key, tuple)}))

@@ -17,17 +17,14 @@ from tactile_driver.simulation.skin.surfaces import Membrane
 from tactile_driver.simulation.skin.tools import Pose, Tool
 from tactile_driver.simulation.truth import SimulatedFrame
 
+from .constants import GRASP
 from .objects import HeldObject
 
-TENSION = 320.0  # N/m, of a skin stiff enough for grips of up to 15 N; its liquid has a pressure of 32 kPa
 APEX = Membrane().height  # m, of the untouched skin over the origin of the sensor frame
 #: Of its perception: what the touchpad of the parameter file does not have.
-PARAMETERS = {'membrane.shear_stiffness': TENSION, 'membrane.rest_pressure': 2 * TENSION / Membrane().radius}
-_ROUNDING = 0.0004  # m, of the edges of an object
-_MAX_STEP = 4e-4  # m, by which the skin yields at once: half a spacing of its nodes
-_STEPS = 4  # at most, until the skin bears the engine's force
-_STIFFNESS = 20.0 * TENSION  # N/m, of the skin under a face of some 15 mm: no less than it is, so that its steps do not overshoot
-_TOLERANCE = 0.02  # of the force
+PARAMETERS = {'membrane.shear_stiffness': GRASP.skin_tension, 'membrane.rest_pressure': 2 * GRASP.skin_tension / Membrane().radius}
+# N/m, of the skin under a face of some 15 mm: no less than it is, so that its steps do not overshoot
+_STIFFNESS = 20.0 * GRASP.skin_tension
 
 
 def object_distance(held: HeldObject, p: np.ndarray) -> np.ndarray:
@@ -39,10 +36,10 @@ def object_distance(held: HeldObject, p: np.ndarray) -> np.ndarray:
         scaled = np.sqrt(((p / size)**2).sum(axis=-1))
         return scaled * (scaled - 1) / np.maximum(np.sqrt(((p / size**2)**2).sum(axis=-1)), 1e-9)
     if held.shape == 'cylinder':
-        beyond = np.stack([np.hypot(p[..., 0], p[..., 1]) - size[0], np.abs(p[..., 2]) - size[1]], axis=-1) + _ROUNDING
+        beyond = np.stack([np.hypot(p[..., 0], p[..., 1]) - size[0], np.abs(p[..., 2]) - size[1]], axis=-1) + GRASP.edge_radius
     else:
-        beyond = np.abs(p) - size + _ROUNDING
-    return np.sqrt((np.maximum(beyond, 0)**2).sum(axis=-1)) + np.minimum(beyond.max(axis=-1), 0) - _ROUNDING
+        beyond = np.abs(p) - size + GRASP.edge_radius
+    return np.sqrt((np.maximum(beyond, 0)**2).sum(axis=-1)) + np.minimum(beyond.max(axis=-1), 0) - GRASP.edge_radius
 
 
 class TouchpadFinger:
@@ -62,7 +59,7 @@ class TouchpadFinger:
     """
 
     def __init__(self, held: HeldObject, rate: float, seed: int = 0):
-        self.skin, self.camera = Membrane(tension=TENSION), touchpad_camera()
+        self.skin, self.camera = Membrane(tension=GRASP.skin_tension), touchpad_camera()
         self._pattern = touchpad_dots(self.skin, np.random.default_rng([seed, 0]))
         self._renderer = Renderer(self.skin, self.camera, Lighting(), Imaging(), seed)
         self._contact = FrictionalContact(self.skin, held.friction)
@@ -106,14 +103,14 @@ class TouchpadFinger:
 
     def _press(self, pose: Pose, force: np.ndarray):
         first = before = self._last or self._at(pose)
-        for _ in range(_STEPS):
+        for _ in range(GRASP.max_skin_steps):
             now = self._at(pose)
             self._contact.step(self._tool, before, now)
             missing = force - self._contact.state.force.sum(axis=0)
             before = now
-            if np.linalg.norm(missing) < _TOLERANCE * np.linalg.norm(force):
+            if np.linalg.norm(missing) < GRASP.force_tolerance * np.linalg.norm(force):
                 break
-            self._yields += np.clip(missing / _STIFFNESS, -_MAX_STEP, _MAX_STEP)
+            self._yields += np.clip(missing / _STIFFNESS, -GRASP.max_skin_step, GRASP.max_skin_step)
         self._last = now
         return self._observer.observe(self._contact.state, self._tool, first, now)
 

@@ -12,15 +12,12 @@ import numpy as np
 
 from tactile_driver.errors import BadArgument, reports_errors
 
+from .constants import GRASP
 from .experiment import Sensors, grasp
 from .objects import DISTURBANCES, OBJECTS, object_named
-from .world import FRAME_S, GraspTruth, GraspWorld
+from .world import GraspTruth, GraspWorld
 
-_RATE, _BEGIN_S = 10.0, 0.4  # pictures a second; from just before the fingers close
-_SIDE, _STRIP = 360, 110  # px: of the scene and of the two images beside it together, and height of the curves below
-_QUALITY, _GAIN = 60, 4.0  # of the images of the array
 _FORCE, _MINIMUM, _MOVED, _TEXT = (90, 200, 90), (160, 160, 160), (60, 140, 255), (230, 230, 230)  # BGR
-_FULL_FORCE, _FULL_MOVED, _DURATION_S = 12.0, 3.0, 9.0  # N, mm and s at the ends of the curves
 
 
 class Film:
@@ -34,18 +31,19 @@ class Film:
         """One frame of the engine."""
         moved = 1e3 * float(np.linalg.norm(truth.displacement))
         self._curves.append((truth.time_s, truth.grip_force, truth.least_force, moved))
-        if truth.time_s >= _BEGIN_S and round(truth.time_s / FRAME_S) % round(1 / (_RATE * FRAME_S)) == 0:
-            self.pictures.append(np.vstack([np.hstack([world.draw(_SIDE, _SIDE), _sensors(sensors)]), self._strip(_event(world.lifted_s))]))
+        if truth.time_s >= GRASP.video_begin_s and round(truth.time_s / GRASP.frame_s) % round(1 / (GRASP.video_rate * GRASP.frame_s)) == 0:
+            scene = world.draw(GRASP.scene_side, GRASP.scene_side)
+            self.pictures.append(np.vstack([np.hstack([scene, _sensors(sensors)]), self._strip(_event(world.lifted_s))]))
 
     def _strip(self, event: str) -> np.ndarray:
         """Force, minimum force and displacement until now."""
-        width = _SIDE + _SIDE // 2
-        strip = np.full((_STRIP, width, 3), 30, np.uint8)
+        width = GRASP.scene_side + GRASP.scene_side // 2
+        strip = np.full((GRASP.curves_height, width, 3), 30, np.uint8)
         time_s, *values = np.array(self._curves).T
-        across = width * (time_s - _BEGIN_S) / (_DURATION_S - _BEGIN_S)
-        for curve, full, colour in zip(values, (_FULL_FORCE, _FULL_FORCE, _FULL_MOVED), (_FORCE, _MINIMUM, _MOVED)):
+        across = width * (time_s - GRASP.video_begin_s) / (GRASP.video_s - GRASP.video_begin_s)
+        for curve, full, colour in zip(values, (GRASP.full_force, GRASP.full_force, GRASP.full_displacement), (_FORCE, _MINIMUM, _MOVED)):
             known = np.isfinite(curve) & (across >= 0)
-            height = (_STRIP - 4) - (_STRIP - 24) * np.clip(curve[known] / full, 0, 1)
+            height = (GRASP.curves_height - 4) - (GRASP.curves_height - 24) * np.clip(curve[known] / full, 0, 1)
             cv2.polylines(strip, [np.column_stack([across[known], height]).astype(np.int32)], False, colour, 1, cv2.LINE_AA)
         texts = ((f'grip {values[0][-1]:.1f} N', _FORCE), (f'minimum {values[1][-1]:.1f} N', _MINIMUM),
                  (f'moved {np.nan_to_num(values[2][-1]):.2f} mm', _MOVED), (event, _TEXT))
@@ -64,8 +62,8 @@ def _event(lifted_s: float) -> str:
 
 def _sensors(sensors: Sensors) -> np.ndarray:
     """The images of the array, above, and of the touchpad."""
-    side = _SIDE // 2
-    array = cv2.applyColorMap(cv2.convertScaleAbs(sensors.array.counts, alpha=_GAIN), cv2.COLORMAP_INFERNO)[::-1]  # y points up
+    side = GRASP.scene_side // 2
+    array = cv2.applyColorMap(cv2.convertScaleAbs(sensors.array.counts, alpha=GRASP.array_gain), cv2.COLORMAP_INFERNO)[::-1]  # y points up
     images = [cv2.resize(array, (side, side), interpolation=cv2.INTER_NEAREST)]
     height, width = sensors.touchpad.image.shape[:2]
     left = (width - height) // 2
@@ -85,8 +83,8 @@ def write_video(path: Path, name: str) -> None:
     film = Film()
     grasp(name, 'controller', watch=film)
     animation = cv2.Animation()
-    animation.frames, animation.durations = film.pictures, np.full(len(film.pictures), round(1e3 / _RATE), np.int32)
-    if not cv2.imwriteanimation(str(path), animation, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY]):
+    animation.frames, animation.durations = film.pictures, np.full(len(film.pictures), round(1e3 / GRASP.video_rate), np.int32)
+    if not cv2.imwriteanimation(str(path), animation, [cv2.IMWRITE_WEBP_QUALITY, GRASP.video_quality]):
         raise BadArgument(f'{path} cannot be written; its name must end in .webp')
 
 

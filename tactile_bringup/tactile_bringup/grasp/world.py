@@ -4,6 +4,7 @@
 whose forces are measured."""
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -13,24 +14,14 @@ import numpy as np
 from tactile_driver.errors import BadArgument
 from tactile_driver.simulation.skin.tools import Pose
 
-from .objects import DOMED_PAD, FLAT_PAD, GRAVITY, LIFT_HEIGHT, LIFT_S, Disturbance, HeldObject, closing_width
+from .constants import GRASP
+from .objects import DOMED_PAD, FLAT_PAD, Disturbance, HeldObject, closing_width
 
 try:
     import mujoco
 except ImportError:
     mujoco = None
 
-TAXELS, PITCH = 44, 1e-3  # on a side; m
-_SAMPLES = 3  # of a taxel's area, along each side: with one, the border of an object jumps by whole taxels
-STEP_S = 0.002  # of the engine; contacts with a time constant of 6 ms need three steps or more in it
-FRAME_S = 0.01  # between two frames of the array
-_HALF_PAD, _PAD_DEPTH = 0.022, 0.003  # m; the pad is as large as the array
-_FINGER_MASS = 0.05  # kg
-_DAMPING = 40.0  # N s/m of the fingers' drive: it closes by 25 mm/s at 1 N
-DOMES, DOME_PITCH = 8, 5.5e-3  # taxels that measure forces, on a side; m: as large as the array
-_DOME_RADIUS = 2.7e-3  # m, of a taxel's round top: half of the pitch, so that none is beyond the pad
-_SPREAD = 0.75  # taxels, standard deviation with which the pad's cover spreads a load
-_LOWEST = 0.024  # m from the table to the middle of the pads, which end above the table
 
 # Friction: with an impratio of 100 alone a held object creeps by 0.04 to 0.1 mm/s at any grip, up to 0.75 mm in a grasp, which Coulomb's
 # friction does not. With 1000 and three noslip iterations it creeps by less than 0.001 mm/s, and the engine takes as long.
@@ -149,7 +140,7 @@ class GraspWorld:
         self._hand, self._object = (self._model.body(name).id for name in ('hand', 'object'))
         self._pads = [self._model.geom(name).id for name in ('left_pad', 'right_pad')]
         self._geom = self._model.geom('object').id
-        self._domes = {self._model.geom(f'dome{number}').id: number for number in range(DOMES**2)} if self.has_domes else {}
+        self._domes = {self._model.geom(f'dome{number}').id: number for number in range(GRASP.domes**2)} if self.has_domes else {}
         self._wrist = np.zeros((2, 3))  # displacement, m, and velocity, m/s, by which disturbances move the wrist
         self._grasped_at = np.full(3, np.nan)
         self._before, self._renderer = np.zeros(3), None
@@ -200,19 +191,19 @@ class GraspWorld:
 
         Returns
         -------
-        load : ndarray, shape (TAXELS, TAXELS) or (DOMES**2, 3)
+        load : ndarray, shape (GRASP.taxels, GRASP.taxels) or (GRASP.domes**2, 3)
             Pressure on each taxel of the array, Pa; x along columns, y along rows, in the array's sensor frame. Of domes the force of the
             object on each, N, in the same frame.
         truth : GraspTruth
         """
-        steps = round(FRAME_S / STEP_S)
+        steps = round(GRASP.frame_s / GRASP.engine_step_s)
         for step in range(steps):
             self._enable_sensor(step == steps - 1)
             self._move_wrist()
             self._data.ctrl[0] = force
-            self._data.xfrc_applied[self._object, :3] = self._applied() * self.held.mass * GRAVITY
+            self._data.xfrc_applied[self._object, :3] = self._applied() * self.held.mass * GRASP.gravity
             mujoco.mj_step(self._model, self._data)
-            self.time_s += STEP_S
+            self.time_s += GRASP.engine_step_s
         return self._read()
 
     def _read(self) -> tuple[np.ndarray, GraspTruth]:
@@ -226,10 +217,10 @@ class GraspWorld:
         self._model.opt.disableflags = self._model.opt.disableflags & ~flag if enabled else self._model.opt.disableflags | flag
 
     def _move_wrist(self) -> None:
-        self._wrist[1] += self._wrist_acceleration() * STEP_S
-        self._wrist[0] += self._wrist[1] * STEP_S
-        share = np.clip(self.lifted_s / LIFT_S, 0.0, 1.0)
-        height = self._start + LIFT_HEIGHT * share * share * (3 - 2 * share)
+        self._wrist[1] += self._wrist_acceleration() * GRASP.engine_step_s
+        self._wrist[0] += self._wrist[1] * GRASP.engine_step_s
+        share = np.clip(self.lifted_s / GRASP.lift_s, 0.0, 1.0)
+        height = self._start + GRASP.lift_height * share * share * (3 - 2 * share)
         self._data.mocap_pos[0] = self._wrist[0] + [0.0, 0.0, height]
 
     def _applied(self) -> np.ndarray:
@@ -251,26 +242,27 @@ class GraspWorld:
         """(6,) N and N m of the object on a pad, at the middle of its face and in its frame."""
         total, geom = np.zeros(6), self._data.geom(pad)
         axes = geom.xmat.reshape(3, 3)
-        face = geom.xpos + axes @ [0.0, 0.0, _PAD_DEPTH]
+        face = geom.xpos + axes @ [0.0, 0.0, GRASP.pad_depth]
         for _, position, force, moment in self._contacts_with(self._domes if self._domes and pad == self._pads[0] else (pad,)):
             total += np.concatenate([force, moment + np.cross(position - face, force)])
         return np.concatenate([total[:3] @ axes, total[3:] @ axes])
 
     def _dome_forces(self) -> np.ndarray:
-        """(DOMES**2, 3) N, of the object on each dome, in the frame of the left pad."""
-        forces = np.zeros((DOMES**2, 3))
+        """(GRASP.domes**2, 3) N, of the object on each dome, in the frame of the left pad."""
+        forces = np.zeros((GRASP.domes**2, 3))
         for geom, _, force, _ in self._contacts_with(self._domes):
             forces[self._domes[geom]] += force
         return forces @ self._data.geom(self._pads[0]).xmat.reshape(3, 3)
 
     def _pressure(self, force: float) -> np.ndarray:
         """The engine's normal force, N, shared between the taxels by how deep each is in the object, and spread by the pad's cover."""
-        samples = self._data.sensordata[:(TAXELS * _SAMPLES)**2].reshape(TAXELS, _SAMPLES, TAXELS, _SAMPLES)
+        shape = 2 * (GRASP.taxels, GRASP.taxel_samples)
+        samples = self._data.sensordata[:math.prod(shape)].reshape(shape)
         depth = samples.mean(axis=(1, 3))
         if not depth.any():
-            return np.zeros((TAXELS, TAXELS))
-        pressure = depth * (force / (depth.sum() * PITCH**2))
-        return cv2.GaussianBlur(pressure, (0, 0), _SPREAD, borderType=cv2.BORDER_CONSTANT)
+            return np.zeros((GRASP.taxels, GRASP.taxels))
+        pressure = depth * (force / (depth.sum() * GRASP.taxel_pitch**2))
+        return cv2.GaussianBlur(pressure, (0, 0), GRASP.pad_spread, borderType=cv2.BORDER_CONSTANT)
 
     def _truth(self, left: np.ndarray, right: np.ndarray) -> GraspTruth:
         """left, right: (6,) N and N m, on the pads, each in the frame of its pad."""
@@ -279,8 +271,8 @@ class GraspWorld:
         relative = rotation.T @ (data.xpos[self._object] - data.xpos[self._hand])
         if self.lifted_s >= 0 and np.isnan(self._grasped_at).any():
             self._grasped_at = relative
-        velocity, self._before = (relative - self._before) / FRAME_S, relative
-        load = self.held.mass * (np.array([0.0, 0.0, GRAVITY]) - self._applied() * GRAVITY + self._wrist_acceleration())
+        velocity, self._before = (relative - self._before) / GRASP.frame_s, relative
+        load = self.held.mass * (np.array([0.0, 0.0, GRASP.gravity]) - self._applied() * GRASP.gravity + self._wrist_acceleration())
         held = Pose(relative, rotation.T @ data.xmat[self._object].reshape(3, 3))
         pads = tuple(self._face(pad, rotation) for pad in self._pads)
         face = pads[1]
@@ -293,7 +285,7 @@ class GraspWorld:
         """Of a pad in the hand's frame, whose axes in the world are rotation (3, 3)."""
         geom = self._data.geom(pad)
         turn = rotation.T @ geom.xmat.reshape(3, 3)
-        return Pose(rotation.T @ (geom.xpos - self._data.xpos[self._hand]) + turn @ [0.0, 0.0, _PAD_DEPTH], turn)
+        return Pose(rotation.T @ (geom.xpos - self._data.xpos[self._hand]) + turn @ [0.0, 0.0, GRASP.pad_depth], turn)
 
     def _wrist_acceleration(self) -> np.ndarray:
         return np.sum([d.acceleration for d in self._disturbances if d.begin_s <= self.lifted_s < d.end_s] or [np.zeros(3)], axis=0)
@@ -301,31 +293,31 @@ class GraspWorld:
 
 def start_height(held: HeldObject) -> float:
     """From the table to the middle of the pads before the lift, m."""
-    return max(held.half_height, _LOWEST)
+    return max(held.half_height, GRASP.min_pad_height)
 
 
 def model_text(held: HeldObject, pad: str) -> str:
     """The model of MuJoCo (MJCF) of the gripper with an object; pad: of the left finger, one of PADS."""
     vertices, faces = _grid()
     return _MODEL.format(
-        step=STEP_S, gravity=GRAVITY, vertices=vertices, faces=faces, half=_HALF_PAD, depth=_PAD_DEPTH, finger=_FINGER_MASS,
-        friction=held.friction, softness=held.softness, start=start_height(held), apart=closing_width(held), damping=_DAMPING,
-        height=held.half_height, shape=held.shape, size=' '.join(map(str, held.size)), mass=held.mass, dome=_DOME_RADIUS,
-        left=_domes() if pad == DOMED_PAD else '<geom name="left_pad" class="pad"/>')
+        step=GRASP.engine_step_s, gravity=GRASP.gravity, vertices=vertices, faces=faces, half=GRASP.pad_half, depth=GRASP.pad_depth,
+        finger=GRASP.finger_mass, friction=held.friction, softness=held.softness, start=start_height(held), apart=closing_width(held),
+        damping=GRASP.finger_damping, height=held.half_height, shape=held.shape, size=' '.join(map(str, held.size)), mass=held.mass,
+        dome=GRASP.dome_radius, left=_domes() if pad == DOMED_PAD else '<geom name="left_pad" class="pad"/>')
 
 
 def _domes() -> str:
     """A pad that bears nothing itself, and domes on it whose tops are its face."""
-    middle = (np.arange(DOMES) - (DOMES - 1) / 2) * DOME_PITCH
+    middle = (np.arange(GRASP.domes) - (GRASP.domes - 1) / 2) * GRASP.dome_pitch
     y, x = (each.ravel() for each in np.meshgrid(middle, middle, indexing='ij'))
     return '<geom name="left_pad" class="pad" contype="0" conaffinity="0"/>' + ''.join(
-        f'<geom name="dome{number}" class="dome" pos="{x[number]:.6f} {y[number]:.6f} -{_DOME_RADIUS}"/>' for number in range(x.size))
+        f'<geom name="dome{number}" class="dome" pos="{x[number]:.6f} {y[number]:.6f} -{GRASP.dome_radius}"/>' for number in range(x.size))
 
 
 def _grid() -> tuple[str, str]:
-    """Vertices and faces of a mesh with _SAMPLES x _SAMPLES vertices evenly over each taxel, as MuJoCo's texts."""
-    side = TAXELS * _SAMPLES
-    middle = (np.arange(side) - (side - 1) / 2) * PITCH / _SAMPLES
+    """Vertices and faces of a mesh with GRASP.taxel_samples x GRASP.taxel_samples vertices evenly over each taxel, as MuJoCo's texts."""
+    side = GRASP.taxels * GRASP.taxel_samples
+    middle = (np.arange(side) - (side - 1) / 2) * GRASP.taxel_pitch / GRASP.taxel_samples
     y, x = np.meshgrid(middle, middle, indexing='ij')
     vertices = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
     corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()

@@ -9,11 +9,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from .constants import GUIDE
 from .session import Press, Sample
-
-_UNTOUCHED_S, _RELEASED_S, _WEIGHT_S = 1.0, 5.0, 1.0  # before the first load, after the last, and with each weight
-_LOAD_SIGMAS, _MIN_LOAD_N = 6.0, 0.05  # from which a force sensor is loaded: far below a tenth of the largest load
-_STUCK_S = 1.0  # without another value of the wrench
 
 
 class Loads:
@@ -43,17 +40,17 @@ class Loads:
         if self.done:
             return 'all loads are recorded'
         if not self._was_untouched:
-            return f'touch nothing for {_UNTOUCHED_S:g} s'
+            return f'touch nothing for {GUIDE.untouched_s:g} s'
         if self.weights:
             return (f'weight {self._number + 1} of {len(self.weights)}: lay {self.weights[self._number]:g} N on, {self._how}, then '
                     'call ~/next')
-        return (f'press {self._how}, in four steps or more, {_WEIGHT_S:g} s each, first rising, then falling; lift, and wait '
-                f'{_RELEASED_S:g} s')
+        return (f'press {self._how}, in four steps or more, {GUIDE.weight_s:g} s each, first rising, then falling; lift, and wait '
+                f'{GUIDE.released_s:g} s')
 
     @property
     def _was_untouched(self) -> bool:
         rest = self._press.rest
-        return bool(rest) and rest[-1].stamp_s - rest[0].stamp_s >= _UNTOUCHED_S
+        return bool(rest) and rest[-1].stamp_s - rest[0].stamp_s >= GUIDE.untouched_s
 
     def keep(self, press: Press) -> None:
         """Count a press."""
@@ -87,7 +84,7 @@ class Loads:
         if self._since is None:
             return None, ''
         weight, last = self.weights[self._number], self._number == len(self.weights) - 1
-        if sample.stamp_s - self._since <= (_RELEASED_S if weight == 0 else _WEIGHT_S):
+        if sample.stamp_s - self._since <= (GUIDE.released_s if weight == 0 else GUIDE.weight_s):
             self._press.touched.append(replace(sample, wrench=np.array([0, 0, -weight, 0, 0, 0])))
             self._forces[-1] = sample.stamp_s, weight
             return None, ''
@@ -102,18 +99,18 @@ class Loads:
             return None, self.advice if self._was_untouched else ''
         if self._tare is None:
             self._tare = np.mean([each.wrench for each in press.rest], axis=0)
-            self._loaded_from = max(_LOAD_SIGMAS * np.std([each.to_sensor(each.wrench)[2] for each in press.rest]), _MIN_LOAD_N)
+            self._loaded_from = max(GUIDE.load_sigmas * np.std([each.to_sensor(each.wrench)[2] for each in press.rest]), GUIDE.min_load)
         force = abs(float(sample.to_sensor(sample.wrench - self._tare)[2]))
         loaded = force > self._loaded_from
         self._forces.append((sample.stamp_s, force))
-        if loaded and sample.stamp_s - sample.changed_s > _STUCK_S:
+        if loaded and sample.stamp_s - sample.changed_s > GUIDE.stuck_s:
             return None, 'dropped: ' + self.drop('the wrench does not change: the force sensor is saturated or has stopped')
         if loaded:
             self._loaded_s = sample.stamp_s
         if self._loaded_s is None:
             return None, ''
         press.touched.append(sample if loaded else replace(sample, wrench=self._tare))  # without load the wrench is the tare
-        return (press, 'taken') if sample.stamp_s - self._loaded_s > _RELEASED_S else (None, '')
+        return (press, 'taken') if sample.stamp_s - self._loaded_s > GUIDE.released_s else (None, '')
 
     def picture(self) -> np.ndarray:
         """(240, 480, 3) BGR: the force over the time."""

@@ -13,22 +13,14 @@ import numpy as np
 from tactile_driver.errors import BadArgument
 from tactile_perception.common.geometry import rotation_matrix, rotation_vector
 
+from .constants import GUIDE
 from .session import Press, Sample, Session
 from .surfaces import Fingertip, MarkedSurface
 
-_COLLAR_SIGNAL = 0.97  # of the largest signal, from which the collar is at the plate: a press by hand passes the last 3 % at once
 _UNKNOWN = np.full(6, np.nan)
-_MAX_TOUCHES = 12  # four times the three numbers that touches of a plane determine
-_TRIGGER = 2.0  # signal of a touch over the largest deviation of the untouched signal
-_ONSET_SIGMAS = 4.0  # standard deviations of the untouched signal along the touch's own pattern
-_MAX_STEP, _MIN_STEP = 1e-3, 1e-6  # m of the probe between two images: more is too coarse, less is no motion
-_MAX_TOUCH_S = 10.0  # a longer signal is a change of the light
 #: m and rad, standard deviations of a pose that was measured by hand, along and about the sensor's axes; and of the scale of the readings
 _HAND_SIGMA = np.array([0.01] * 3 + [0.1] * 3 + [1.0])
-_MAX_SIGMA = 0.5  # of these: an axis that the touches determine less well counts as not determined
-_TOUCH_SIGMA, _READING_SIGMA = 1e-4, 1e-3  # m, initial values
 _PRINT_SIGMA = np.array([5e-4, 5e-4, 5e-3])  # m and rad, of the print on the sensor, which no reading shows
-_STEPS, _DIFFERENCE = 8, 1e-6  # of Gauss-Newton, and for its slopes, m and rad
 
 
 @dataclass(frozen=True)
@@ -73,7 +65,7 @@ class Touches(Session):
     def __init__(self, surface: MarkedSurface | Fingertip, signal: Callable[[object], np.ndarray],
                  seen: Callable[[list, object], np.ndarray]):
         super().__init__(surface)
-        self.positions = self.positions[::max(len(self.positions) // _MAX_TOUCHES, 1)][:_MAX_TOUCHES]
+        self.positions = self.positions[::max(len(self.positions) // GUIDE.max_touches, 1)][:GUIDE.max_touches]
         self.touches: list[Touch] = []
         self._signal, self._seen = signal, seen
         self.drop('')
@@ -108,10 +100,10 @@ class Touches(Session):
         # The older half of the untouched time: the newer one may hold a touch that is too faint to be detected at once.
         base = np.array([signal for _, signal in list(self._quiet)[:max(len(self._quiet) // 2, 2)]])
         deviation = np.linalg.norm(new[1] - base.mean(0))
-        if deviation > _TRIGGER * np.linalg.norm(base - base.mean(0), axis=1).max():
+        if deviation > GUIDE.min_touch_signal * np.linalg.norm(base - base.mean(0), axis=1).max():
             self._pressed.append(new)
-            if sample.stamp_s - self._pressed[0][0].stamp_s > _MAX_TOUCH_S:
-                return None, 'dropped: ' + self.drop(f'the signal has been different for {_MAX_TOUCH_S:g} s; check whether the light '
+            if sample.stamp_s - self._pressed[0][0].stamp_s > GUIDE.max_touch_s:
+                return None, 'dropped: ' + self.drop(f'the signal has been different for {GUIDE.max_touch_s:g} s; check whether the light '
                                                      'has changed')
             return None, 'touched; lift' if len(self._pressed) == 2 else ''
         if self._pressed:
@@ -134,7 +126,7 @@ class Touches(Session):
         pattern = pressed[1][1] - base.mean(0)
         pattern /= np.linalg.norm(pattern)
         along = np.array([signal - base.mean(0) for _, signal in path]) @ pattern
-        threshold = _ONSET_SIGMAS * np.std((base - base.mean(0)) @ pattern)
+        threshold = GUIDE.onset_sigmas * np.std((base - base.mean(0)) @ pattern)
         first = len(path) - len(pressed)
         while first > 0 and along[first - 1] > threshold:
             first -= 1
@@ -142,17 +134,17 @@ class Touches(Session):
             return None, 'dropped: the sensor was touched before its signal was steady'
         tips = np.array([sample.tip for sample, _ in path])
         steps = np.linalg.norm(np.diff(tips[first - 1:first + 2], axis=0), axis=1)
-        if steps[0] > _MAX_STEP:
+        if steps[0] > GUIDE.max_probe_step:
             return None, f'dropped: the probe moved {1e3 * steps[0]:.1f} mm between two signals as it touched; go down more slowly'
-        if steps[0] < _MIN_STEP:
+        if steps[0] < GUIDE.min_probe_step:
             return None, 'dropped: the probe did not move as the sensor was touched; check that /tf has its position'
-        rise = (along[first + 1] - along[first]) / steps[1] if steps[1] > _MIN_STEP else 0.0
+        rise = (along[first + 1] - along[first]) / steps[1] if steps[1] > GUIDE.min_probe_step else 0.0
         depth = along[first] / rise if rise > 0 else 0.5 * steps[0]
         share = 1 - min(depth / steps[0], 1.0)
         touched = tips[first - 1] + share * (tips[first] - tips[first - 1])
-        down = (tips[first + 1] - tips[first - 1]) / max(np.linalg.norm(tips[first + 1] - tips[first - 1]), _MIN_STEP)
+        down = (tips[first + 1] - tips[first - 1]) / max(np.linalg.norm(tips[first + 1] - tips[first - 1]), GUIDE.min_probe_step)
         # The deepest sample on the straight path of the touch: later the probe may have slid.
-        straight = [each for each in pressed if np.linalg.norm(np.cross(each[0].tip - touched, down)) < _MAX_STEP]
+        straight = [each for each in pressed if np.linalg.norm(np.cross(each[0].tip - touched, down)) < GUIDE.max_probe_step]
         deepest = max(straight or pressed, key=lambda each: np.linalg.norm(each[1] - base.mean(0)))
         seen = self._seen([sample.raw for sample, _ in quiet[:len(base)]], deepest[0].raw)
         self.touches.append(Touch(touched, float(steps[0]), seen))
@@ -187,7 +179,7 @@ class Holes(Touches):
     def _judged(self, quiet: list[tuple[Sample, np.ndarray]], pressed: list[tuple[Sample, np.ndarray]],
                 base: np.ndarray) -> tuple[Press | None, str]:
         size = np.array([np.linalg.norm(signal - base.mean(0)) for _, signal in pressed])
-        held = [sample for (sample, _), part in zip(pressed, size / size.max()) if part > _COLLAR_SIGNAL]
+        held = [sample for (sample, _), part in zip(pressed, size / size.max()) if part > GUIDE.collar_signal]
         if held[-1].stamp_s - held[0].stamp_s < self.rules.still_s or len(held) < self.rules.frames:
             return None, f'dropped: the tool was not held at its collar for {self.rules.still_s:g} s'
         number = self.open_positions[0]
@@ -208,7 +200,7 @@ def fit_mounting(touches: Sequence[Touch], surface: MarkedSurface | Fingertip) -
     """
     tips, seen = np.array([touch.tip for touch in touches]), np.array([touch.seen for touch in touches])
     is_read = np.isfinite(seen).all(axis=1)
-    rotation, origin, scale, noise = np.eye(3), np.zeros(3), 1.0, np.array([_TOUCH_SIGMA, _READING_SIGMA])
+    rotation, origin, scale, noise = np.eye(3), np.zeros(3), 1.0, np.array([GUIDE.touch_sigma, GUIDE.reading_sigma])
 
     def misfits(step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Depths (N,) and the readings' errors (2 K,), m, after a step (7,) along and about the sensor's axes, and of the scale."""
@@ -218,15 +210,15 @@ def fit_mounting(touches: Sequence[Touch], surface: MarkedSurface | Fingertip) -
         errors = positions[is_read] - (scale + step[6]) * seen[is_read]
         return np.where(np.isfinite(depths), depths, surface.size.min()), errors.ravel()
 
-    for _ in range(_STEPS):
+    for _ in range(GUIDE.fit_steps):
         now = misfits(np.zeros(7))
-        shifted = [misfits(_DIFFERENCE * axis) for axis in np.eye(7)]
-        slopes = [(np.column_stack([each[part] for each in shifted]) - now[part][:, None]) / _DIFFERENCE for part in (0, 1)]
+        shifted = [misfits(GUIDE.fit_difference * axis) for axis in np.eye(7)]
+        slopes = [(np.column_stack([each[part] for each in shifted]) - now[part][:, None]) / GUIDE.fit_difference for part in (0, 1)]
         supposed = np.r_[rotation.T @ origin, rotation_vector(rotation), scale - 1]
         inverse = np.linalg.inv(sum(slope.T @ slope / sigma**2 for slope, sigma in zip(slopes, noise)) + np.diag(_HAND_SIGMA**-2))
         step = -inverse @ (sum(slope.T @ error / sigma**2 for slope, error, sigma in zip(slopes, now, noise)) + supposed / _HAND_SIGMA**2)
         origin, rotation, scale = origin + rotation @ step[:3], rotation @ rotation_matrix(step[3:6]), scale + step[6]
-        noise = np.array([np.sqrt(error @ error / max(len(error) - known, 1)) + _MIN_STEP
+        noise = np.array([np.sqrt(error @ error / max(len(error) - known, 1)) + GUIDE.min_probe_step
                           for error, known in zip(misfits(np.zeros(7)), (3, 4))])
     delayed = inverse @ slopes[0].sum(axis=0) / noise[0]**2 * np.mean([touch.doubt for touch in touches]) / np.sqrt(12)
     shifts = np.tile(np.eye(2), (is_read.sum(), 1)), (seen[is_read] @ [[0.0, 1.0], [-1.0, 0.0]]).ravel()
@@ -236,4 +228,4 @@ def fit_mounting(touches: Sequence[Touch], surface: MarkedSurface | Fingertip) -
     lever = np.linalg.norm(inverse[:3, 3:6] / variance[3:6], axis=0)
     curved = np.r_[np.full(3, 0.5 * lever @ variance[3:6]), np.zeros(4)]
     sigma = np.sqrt(variance + delayed**2 + (printed**2).sum(axis=1) + curved**2)[:6]
-    return Mounting(rotation, origin, np.where(sigma < _MAX_SIGMA * _HAND_SIGMA[:6], sigma, np.nan))
+    return Mounting(rotation, origin, np.where(sigma < GUIDE.max_sigma * _HAND_SIGMA[:6], sigma, np.nan))

@@ -15,8 +15,7 @@ from tactile_msgs.msg import DotTracks, PsdVoltages
 from tactile_perception.bags.replay import make_stage
 from tactile_perception.core.errors import TactileError
 
-_WIDTH = 160  # px of the reduced image: small motions of a dot change it smoothly, and the noise of pixels is averaged
-_DEPTH_POWER = 5  # of the weight of a dot: the position is 0.35 mm RMS off on a sheet; with 3 it is 0.6, with 12 0.45
+from .constants import GUIDE
 
 
 def signal_of(raw: Sequence[tuple[str, object]]) -> np.ndarray:
@@ -35,12 +34,38 @@ def reduced(message: Image | CompressedImage) -> np.ndarray:
     image = image_to_array(message)
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
     height, width = grey.shape
-    return cv2.resize(grey, (_WIDTH, max(_WIDTH * height // width, 1)), interpolation=cv2.INTER_AREA).astype(np.float32)
+    size = GUIDE.reduced_width, max(GUIDE.reduced_width * height // width, 1)
+    return cv2.resize(grey, size, interpolation=cv2.INTER_AREA).astype(np.float32)
 
 
 def image_shift(before: np.ndarray, now: np.ndarray) -> float:
     """Shift of a reduced image of the untouched sensor, over its width; 0 for an image of another size, which others report."""
-    return float(np.hypot(*cv2.phaseCorrelate(before, now)[0])) / _WIDTH if before.shape == now.shape else 0.0
+    return float(np.hypot(*cv2.phaseCorrelate(before, now)[0])) / GUIDE.reduced_width if before.shape == now.shape else 0.0
+
+
+class CameraWatch:
+    """Whether the cameras are calibrated and stand where they stood before the first press.
+
+    info_topics: their topics of camera_info, none for sensors without; infos: the newest messages of these; untouched: an image of each
+    camera before the first press, empty before it, None if the cameras may move.
+    """
+
+    def __init__(self, info_topics: Sequence[str], untouched: Sequence[Image] | None):
+        self.info_topics, self.infos = info_topics, dict[str, CameraInfo]()
+        self._views = None if untouched is None else [reduced(message) for message in untouched]
+
+    def problem(self, untouched: Sequence[tuple[str, object]]) -> str:
+        """The reason why a press after these untouched images does not count, or ''."""
+        if not self.infos.keys() >= set(self.info_topics):
+            return 'no camera_info arrived; calibrate the camera first'
+        if self._views is None:
+            return ''
+        views = [reduced(message) for _, message in untouched if isinstance(message, Image)]
+        self._views = self._views or views
+        shift = max((image_shift(*pair) for pair in zip(self._views, views)), default=0.0)
+        if shift > GUIDE.max_image_shift:
+            return f'the camera has moved by {100 * shift:.1f} % of its image; put it back, or restart with another output'
+        return ''
 
 
 def pressed_position(params: Path, camera_info: CameraInfo, untouched: Sequence[object], touched: object) -> np.ndarray:
@@ -61,7 +86,7 @@ def _deepest(before: DotTracks, now: DotTracks) -> np.ndarray:
     if not len(before.x) or not len(now.x):
         return np.full(2, np.nan)
     _, rest, pressed = np.intersect1d(before.id, now.id, return_indices=True)
-    weight = np.maximum(np.nan_to_num(np.subtract(np.take(before.z, rest), np.take(now.z, pressed))), 0)**_DEPTH_POWER
+    weight = np.maximum(np.nan_to_num(np.subtract(np.take(before.z, rest), np.take(now.z, pressed))), 0)**GUIDE.depth_power
     if not weight.sum() > 0:
         return np.full(2, np.nan)
     return np.array([np.nansum(weight * np.take(values, rest)) for values in (before.x, before.y)]) / weight.sum()

@@ -21,14 +21,9 @@ from tactile_driver.errors import reports_errors
 
 from .. import share
 from ..sensor_files import rviz_file
+from .constants import HAND
 from .description import Hand, HandSensor, read_hand
 from .urdf import Pose, mounting
-
-_SENSOR_SIZE = 0.1  # m, which is added to the size of the hand
-_VIEW_DISTANCE = 1.0  # times the hand's size: RViz's field of view is 45 degrees high
-_HEIGHT, _WIDTH, _DOCK_HEIGHT, _DISPLAYS_WIDTH, _PICTURES_WIDTH = 960, 1600, 860, 260, 330  # px, of RViz's window and its parts
-_RISE = 0.3  # of a text behind its sensor, over its distance from it: a dome must not hide its last line
-_LETTER_HEIGHT = 0.018  # over the distance of the viewpoint: 19 px in a view of 900 px
 
 
 def aggregator_configuration(hand: Hand) -> str:
@@ -89,7 +84,7 @@ def rviz_configuration(hand: Hand) -> str:
         manager['Displays'].append({'Class': 'rviz_default_plugins/RobotModel', 'Name': 'Hand', 'Enabled': True, 'Value': True,
                                     'Description Topic': {'Value': '/robot_description', 'Durability Policy': 'Transient Local'}})
     pictures = [display['Name'] for display in manager['Displays'] if display['Class'].endswith('/Image')]
-    page['Window Geometry'] = {'Height': _HEIGHT, 'Width': _WIDTH, 'QMainWindow State': _window_state(pictures)}
+    page['Window Geometry'] = {'Height': HAND.window_height, 'Width': HAND.window_width, 'QMainWindow State': _window_state(pictures)}
     manager['Global Options']['Fixed Frame'] = hand.frame
     view = manager['Views']['Current']
     origins = _origins(hand)
@@ -106,17 +101,17 @@ def _window_state(pictures: Sequence[str]) -> str:
     one above the other, because RViz 14 closes a picture that is hidden behind a tab."""
     def area(side: int, width: int, names: Sequence[str]) -> bytes:
         """A column of docks at a side of the window (0: left, 1: right), width px wide."""
-        found = struct.pack('>IIIBBI', side, width, _DOCK_HEIGHT, 0xfc, 2, len(names))  # 2: a column
+        found = struct.pack('>IIIBBI', side, width, HAND.dock_height, 0xfc, 2, len(names))  # 2: a column
         for number, name in enumerate(names):
-            height, title = _DOCK_HEIGHT // len(names), name.encode('utf-16-be')
+            height, title = HAND.dock_height // len(names), name.encode('utf-16-be')
             found += struct.pack('>BI', 0xfb, len(title)) + title
             found += struct.pack('>B4I', 1, number * height, height, 60, 0xffffff)  # visible, top, height, its limits
         return found
 
-    areas = area(0, _DISPLAYS_WIDTH, ['Displays']) + area(1, _PICTURES_WIDTH, pictures)
+    areas = area(0, HAND.displays_width, ['Displays']) + area(1, HAND.pictures_width, pictures)
     # Two areas; then the size of the 3D view, which area has each corner, no tool bars.
     return (struct.pack('>IIBI', 0xff, 0, 0xfd, 2) + areas + struct.pack(
-        '>6IBI', _WIDTH - _DISPLAYS_WIDTH - _PICTURES_WIDTH, _DOCK_HEIGHT, 4, 4, 8, 8, 0xfc, 0)).hex()
+        '>6IBI', HAND.window_width - HAND.displays_width - HAND.pictures_width, HAND.dock_height, 4, 4, 8, 8, 0xfc, 0)).hex()
 
 
 def text_parameters(hand: Hand, sensor: HandSensor) -> dict[str, object]:
@@ -125,8 +120,8 @@ def text_parameters(hand: Hand, sensor: HandSensor) -> dict[str, object]:
     outwards = (_pose(hand, sensor)[1] - origins.mean(axis=0)) * [1.0, 1.0, 0.0]
     length = float(np.linalg.norm(outwards))
     side = outwards / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])  # m; a sensor alone, or one in the middle
-    side[2] = _RISE * max(0.0, -side[0])  # the viewpoint is at positive x
-    return {'text.height': _LETTER_HEIGHT * _distance(origins), 'text.side': rotation.inv().apply(side).round(9).tolist(),
+    side[2] = HAND.text_rise * max(0.0, -side[0])  # the viewpoint is at positive x
+    return {'text.height': HAND.letter_height * _distance(origins), 'text.side': rotation.inv().apply(side).round(9).tolist(),
             'text.up': rotation.inv().apply([0.0, 0.0, 1.0]).round(9).tolist()}
 
 
@@ -137,7 +132,7 @@ def _origins(hand: Hand) -> np.ndarray:
 
 def _distance(origins: np.ndarray) -> float:
     """Distance in m from the viewpoint to the middle of sensors at (N, 3), m."""
-    return float(_VIEW_DISTANCE * (np.linalg.norm(np.ptp(origins, axis=0)) + _SENSOR_SIZE))
+    return float(HAND.view_distance * (np.linalg.norm(np.ptp(origins, axis=0)) + HAND.sensor_size))
 
 
 def _display(manager: dict, name: str) -> dict:

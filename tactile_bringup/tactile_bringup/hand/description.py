@@ -15,6 +15,8 @@ import yaml
 from tactile_driver.errors import BadArgument
 from tactile_perception.core.sensor_type import SENSOR_TYPES
 
+from .constants import HAND
+
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
@@ -26,7 +28,6 @@ _PATHS = _SETTINGS[:2]
 _KEYS = ('name', 'type', 'parent', 'xyz', 'rpy', 'quaternion', *_SETTINGS)
 _NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
 _DESCRIPTIONS = ('.urdf', '.xacro', '.xml')
-_MAX_LENGTH_ERROR = 1e-3  # of a quaternion, from 1
 
 
 @dataclass(frozen=True)
@@ -210,7 +211,7 @@ def _quaternion(entry: Mapping) -> tuple[float, ...]:
         raise BadArgument('rpy and quaternion are both given; give one')
     values = _numbers(entry, 'quaternion', 4)
     length = math.hypot(*values)
-    if abs(length - 1.0) > _MAX_LENGTH_ERROR:
+    if abs(length - 1.0) > HAND.max_length_error:
         raise BadArgument(f'quaternion is {list(values)!r} of length {length:.3g}, but must have length 1 (x, y, z, w)')
     return tuple(v / length for v in values)
 

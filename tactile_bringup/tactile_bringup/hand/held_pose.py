@@ -10,21 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from .constants import HAND
 from .urdf import Pose, chained, inverted
-
-GRIPPED_S = 0.2  # of contact with enough sensors, from which the pose counts: before, contacts still grow
-STALE_S = 0.5  # age from which a sensor's report says nothing about now
-# Standard deviations of one motion that a sensor with dots reports, measured on the simulated touchpad against the object on its skin:
-# along the surface and along its normal, m, and about axes along the surface and about its normal, rad.
-_ALONG, _NORMAL = 1.5e-6, 8e-6
-_TILT, _TURN = math.radians(0.05), math.radians(0.005)
-_SHARE = 0.06  # of a motion of 50 um and more, its error on the same data
-_AREA = 80e-6  # m^2, of the contact with which they were measured; a smaller one holds fewer dots, nearer to each other
-_ANGLE, _EDGE = math.radians(0.5), 1e-4  # of a long contact's orientation, as measured on the simulated array, and of its axes, m
-# Prior: what moves in the hand unseen stays between the fingers, m and rad, and is no faster than m/s and rad/s.
-_RANGE, _ANY_TILT = 5e-3, 0.3
-_SPEED, _SPIN = 0.05, 1.0
-_START = 1e-6  # m and rad, of the pose when the object is gripped, which is exact by definition: above 0 for the sake of its inverse
 
 
 @dataclass(frozen=True)
@@ -58,7 +45,7 @@ class Report:
     position: np.ndarray = field(default_factory=np.full(3, np.nan).copy)
     covariance: np.ndarray = field(default_factory=np.full((3, 3), np.nan).copy)
     orientation: float = math.nan
-    area: float = _AREA
+    area: float = HAND.area
     elongation: float = 0.02
     has_motion: bool = False
     motion: Pose | None = None
@@ -90,7 +77,7 @@ class _Sensor:
     def __init__(self, first: Report, origin: np.ndarray):
         self.last, self._first, self._origin = first, first, origin
         self._path: Pose = Rotation.identity(), np.zeros(3)  # in the hand's frame
-        self._spread, self._lost_s = _START**2 * np.eye(6), 0.0  # covariance, and time in which the motion was unknown
+        self._spread, self._lost_s = HAND.start_sigma**2 * np.eye(6), 0.0  # covariance, and time in which the motion was unknown
 
     def take(self, report: Report) -> None:
         """The next report."""
@@ -106,15 +93,15 @@ class _Sensor:
     def _motion_spread(self, report: Report) -> np.ndarray:
         """Covariance (6, 6), in the hand's axes, that a motion adds at the object's origin."""
         axes = report.pose[0].as_matrix()
-        share = _AREA / max(report.area, 1e-9)
-        turned = axes @ np.diag(np.square(np.multiply(share, [_TILT, _TILT, _TURN]))) @ axes.T
+        share = HAND.area / max(report.area, 1e-9)
+        turned = axes @ np.diag(np.square(np.multiply(share, [HAND.tilt_sigma, HAND.tilt_sigma, HAND.turn_sigma]))) @ axes.T
         position = np.nan_to_num(report.position)
         contact = report.pose[1] + axes @ position
         moved = report.motion[0].apply(position) + report.motion[1] - position
         arm = -_cross(self._path[0].apply(self._origin) + self._path[1] - contact)
         spread = np.zeros((6, 6))
-        spread[:3, :3] = share * axes @ np.diag(np.square([_ALONG, _ALONG, _NORMAL])) @ axes.T + arm @ turned @ arm.T + \
-            _SHARE**2 * (moved @ moved) * np.eye(3)
+        shift = np.diag(np.square([HAND.along_sigma, HAND.along_sigma, HAND.normal_sigma]))
+        spread[:3, :3] = share * axes @ shift @ axes.T + arm @ turned @ arm.T + HAND.motion_error**2 * (moved @ moved) * np.eye(3)
         spread[:3, 3:], spread[3:, :3], spread[3:, 3:] = arm @ turned, turned @ arm.T, turned
         return spread
 
@@ -124,7 +111,7 @@ class _Sensor:
             moved = np.concatenate([self._path[0].apply(self._origin) + self._path[1] - self._origin, self._path[0].as_rotvec()])
             expected_s = self.last.interval if math.isfinite(self.last.interval) else 0.0  # to the next report
             unknown_s = self._lost_s + max(now_s - self.last.time_s - expected_s, 0.0)
-            unseen = np.square(unknown_s * np.repeat([_SPEED, _SPIN], 3))
+            unseen = np.square(unknown_s * np.repeat([HAND.speed_sigma, HAND.spin_sigma], 3))
             inverse = np.linalg.inv(self._spread + np.diag(unseen))
             return inverse, inverse @ moved
         return self._by_contact()
@@ -160,7 +147,7 @@ class _Sensor:
 class HeldPoseTracker:
     """Follows the object from the reports of all sensors.
 
-    An object is gripped once `enough` sensors have touched it for GRIPPED_S, and until none touches it. A sensor that reports motions in
+    An object is gripped once `enough` sensors have touched it long enough, and until none touches it. A sensor that reports motions in
     space, such as a touchpad, adds them up; what moves while it does not know the motion makes its covariance larger. Of another one, such
     as an array, position and orientation of its only contact count.
 
@@ -192,7 +179,7 @@ class HeldPoseTracker:
             self.release()
         self._latest[sensor] = report
         now = max(one.time_s for one in self._latest.values())
-        touching = [name for name, one in self._latest.items() if one.touches and now - one.time_s <= STALE_S]
+        touching = [name for name, one in self._latest.items() if one.touches and now - one.time_s <= HAND.max_age_s]
         if self.is_held:
             self._follow(sensor, report)
             if not touching:
@@ -203,7 +190,7 @@ class HeldPoseTracker:
             return
         if math.isnan(self._since_s):
             self._since_s = now
-        if now - self._since_s >= GRIPPED_S:
+        if now - self._since_s >= HAND.gripped_s:
             self._grip([(name, self._latest[name]) for name in touching])
 
     def _grip(self, reports: Sequence[tuple[str, Report]]) -> None:
@@ -222,10 +209,10 @@ class HeldPoseTracker:
         """The pose now; None while nothing is held, or no position of a sensor is known."""
         if not self.is_held:
             return None
-        matrix, vector = np.diag(1 / np.square(np.repeat([_RANGE, _ANY_TILT], 3))), np.zeros(6)
+        matrix, vector = np.diag(1 / np.square(np.repeat([HAND.range_sigma, HAND.angle_range], 3))), np.zeros(6)
         now = max(one.last.time_s for one in self._sensors.values())
         for sensor in self._sensors.values():
-            if now - sensor.last.time_s <= STALE_S:
+            if now - sensor.last.time_s <= HAND.max_age_s:
                 information, weighed = sensor.information(now)
                 matrix, vector = matrix + information, vector + weighed
         covariance = np.linalg.inv(matrix)
@@ -235,7 +222,7 @@ class HeldPoseTracker:
 
 def _angle_variance(elongation: float) -> float:
     """Of a contact's orientation, rad^2: that of a round one is unknown."""
-    return _ANGLE**2 + (_EDGE / max(elongation, 1e-9))**2
+    return HAND.angle_sigma**2 + (HAND.axis_sigma / max(elongation, 1e-9))**2
 
 
 def _cross(vector: np.ndarray) -> np.ndarray:

@@ -42,8 +42,8 @@ from ..parameters.table import (
     SURFACE_MARKERS_PARAMETERS,
     TAXEL_MARKERS_PARAMETERS,
 )
+from ..visualization.constants import DRAWING
 from ..visualization.markers import (
-    STALE_S,
     DotMarkers,
     FingerMarkers,
     ForceMarkers,
@@ -66,10 +66,7 @@ from ..visualization.pictures import (
     projection,
     taxels_picture,
 )
-
-_MAX_LATE_NS, _MAX_GAP_NS = 1_000_000_000, 2_000_000_000  # between stamps of a topic; a larger step back or forward resets
-_MAX_SETS = 30  # incomplete sets that are kept
-_MIN_PERIOD = 0.75  # of the period of the rate: stamps jitter by half a frame
+from .constants import BRINGUP
 
 
 class StampSync:
@@ -89,7 +86,7 @@ class StampSync:
 
     def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], rate: float = 0.0):
         self._done, self._expected, self._done_ns = done, expected, -math.inf
-        self._min_period_ns = _MIN_PERIOD * 1e9 / rate if rate else 0.0
+        self._min_period_ns = BRINGUP.min_period * 1e9 / rate if rate else 0.0
         self._reset(0)
 
     def _reset(self, stamp_ns: int) -> None:
@@ -99,27 +96,24 @@ class StampSync:
 
     def add(self, topic: str, stamp_ns: int, message: object) -> None:
         """Add one message. A stamp (ns) that is 1 s earlier or 2 s later than the last one resets; other late messages are dropped."""
-        if not self._heard or not -_MAX_LATE_NS < stamp_ns - self._heard.get(topic, stamp_ns) < _MAX_GAP_NS:
+        if not self._heard or not -BRINGUP.max_late_ns < stamp_ns - self._heard.get(topic, stamp_ns) < BRINGUP.max_gap_ns:
             self._reset(stamp_ns)
         self._heard[topic] = stamp_ns
         if stamp_ns <= self._last:
             return
         found = self._sets.setdefault(stamp_ns, {})
         found[topic] = message
-        if found.keys() >= {name for name in self._expected() if stamp_ns - self._heard.get(name, self._begin) < _MAX_GAP_NS}:
+        if found.keys() >= {name for name in self._expected() if stamp_ns - self._heard.get(name, self._begin) < BRINGUP.max_gap_ns}:
             self._last = stamp_ns
             self._sets = {stamp: kept for stamp, kept in self._sets.items() if stamp > stamp_ns}
             if not 0 <= stamp_ns - self._done_ns < self._min_period_ns:
                 self._done_ns = stamp_ns
                 self._done(found)
-        elif len(self._sets) > _MAX_SETS:
+        elif len(self._sets) > BRINGUP.max_sets:
             del self._sets[min(self._sets)]
 
 
-_WARNED_S = 3.0  # s that a warning is shown; nodes report it once a second
 _QUEUE = QoSProfile(depth=10)
-_LOOK_S = 0.2  # s between two checks for publishers and subscribers
-_PATIENCE_S = 15.0  # s: maximum wait for the perception node to subscribe to raw data, on a busy machine
 _RAW = 'image_raw'
 
 
@@ -156,7 +150,8 @@ class DrawingNode(Node):
         self._marker_sync = StampSync(self._draw_markers, lambda: self.expected & self.marked.keys(), marker_rate)
         self._picture_sync = StampSync(self._draw_picture, lambda: self.expected & self.pictured.keys(), picture_rate)
         self.marker_output, self.picture_output = self._demanded(MarkerArray, 'markers'), self._demanded(Image, 'image_annotated')
-        self.look_timer = steady_timer(self, _LOOK_S, self.follow_demand)  # while there is demand: each call wakes the executor
+        # while there is demand: each call wakes the executor
+        self.look_timer = steady_timer(self, BRINGUP.endpoint_check_s, self.follow_demand)
         self._drawn_s = -math.inf  # when markers were last published
         self._reported: dict[str, tuple[str, float]] = {}  # node -> its warning, '' for none, and when it came
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
@@ -182,7 +177,7 @@ class DrawingNode(Node):
             self._asked_s = time.monotonic()
         # Subscribe to raw data after the perception node: a played recording starts with its first subscriber.
         is_processed = self.count_subscribers(_RAW) or self.host.has_takers(self, _RAW)
-        if not is_processed and time.monotonic() - self._asked_s < _PATIENCE_S:
+        if not is_processed and time.monotonic() - self._asked_s < BRINGUP.max_wait_s:
             wanted.pop(_RAW, None)
         for topic in wanted.keys() - self.inputs.keys():
             self.inputs[topic] = AdaptiveSubscription(self, wanted[topic], topic, partial(self.take, topic), _QUEUE)
@@ -238,9 +233,9 @@ class DrawingNode(Node):
             space, _, node = status.name.split(':')[0].rpartition('/')
             if space == own and node != self.get_name():
                 self._reported[status.name] = '' if status.level == OK else status.message, now
-        warnings = [text for text, reported_s in self._reported.values() if text and now - reported_s < _WARNED_S]
+        warnings = [text for text, reported_s in self._reported.values() if text and now - reported_s < BRINGUP.warning_s]
         self.markers.warning = warnings[0] if warnings else ''
-        if warnings and now - self._drawn_s > STALE_S:
+        if warnings and now - self._drawn_s > DRAWING.marker_s:
             self.marker_output.publish(self.markers.alone(Header(frame_id=self.settings['frame_id'])))
 
     def examine(self) -> Health:

@@ -15,11 +15,10 @@ from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import Contact, Contacts, HandContacts
 
 from ..hand.description import Hand, HandSensor
+from .constants import BRINGUP
 from .hand_joints import JointPositions
 from .hand_publisher import HandPublisher
 
-RATE = 50.0  # Hz at most; a controller's, slower than the fastest sensor
-MAX_AGE_NS = 500_000_000  # an older message of a sensor says nothing about now
 _UNKNOWN_POSE = np.full((3, 3), np.nan), np.full(3, np.nan)
 
 
@@ -32,7 +31,7 @@ class HandContactsPublisher(HandPublisher):
         self._latest: dict[str, Contacts] = {}
         self._is_new = False
         super().__init__(node, host, hand, positions)
-        steady_timer(node, 1.0 / RATE, self._publish)
+        steady_timer(node, 1.0 / BRINGUP.hand_contacts_rate, self._publish)
 
     def _end(self) -> None:
         self._latest, self._is_new = {}, False
@@ -49,7 +48,9 @@ class HandContactsPublisher(HandPublisher):
         found.header.stamp, found.header.frame_id = newest.header.stamp, self._hand.frame
         for sensor in self._hand.sensors:
             message = self._latest.get(sensor.name)
-            if message is not None and stamp_ns_of(newest.header) - stamp_ns_of(message.header) <= MAX_AGE_NS and message.contacts:
+            if message is None or not message.contacts:
+                continue
+            if stamp_ns_of(newest.header) - stamp_ns_of(message.header) <= BRINGUP.max_contacts_age_ns:
                 rotation, origin = self._pose(sensor, stamp_ns_of(message.header))
                 found.contacts += [transformed(contact, rotation, origin) for contact in message.contacts]
                 found.sensors += [sensor.name] * len(message.contacts)

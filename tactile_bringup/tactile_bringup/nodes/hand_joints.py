@@ -15,12 +15,9 @@ from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
 
 from ..hand.urdf import Robot
+from .constants import BRINGUP
 
 TOPIC = 'joint_states'
-HISTORY_NS = 2_000_000_000  # longer than any sensor's results take
-MAX_AGE_NS = 200_000_000  # a joint that reports at 10 Hz or faster is known; slower ones move unseen
-SWEEP_PERIOD_S = 8.0  # of the simulated joints from one limit to the other and back: slow enough to look at
-SWEEP_RATE = 30.0  # Hz
 
 
 class JointPositions:
@@ -38,7 +35,7 @@ class JointPositions:
                 if seen and stamp < seen[-1][0]:
                     seen.clear()
                 seen.append((stamp, position))
-                while stamp - seen[0][0] > HISTORY_NS:
+                while stamp - seen[0][0] > BRINGUP.joint_history_ns:
                     seen.popleft()
 
     def at(self, stamp_ns: int) -> dict[str, float]:
@@ -46,7 +43,7 @@ class JointPositions:
         found = {}
         for name, seen in self._seen.items():
             stamps = np.array([stamp for stamp, _ in seen], np.int64)
-            if np.abs(stamps - stamp_ns).min() <= MAX_AGE_NS:
+            if np.abs(stamps - stamp_ns).min() <= BRINGUP.max_joint_age_ns:
                 found[name] = float(np.interp(stamp_ns - stamps[0], stamps - stamps[0], [position for _, position in seen]))
         return found
 
@@ -61,7 +58,7 @@ class SimulatedJoints:
     def __init__(self, node: Node, robot: Robot):
         self._node, self._limits = node, robot.limits
         self._publisher = node.create_publisher(JointState, TOPIC, STREAM_QOS)
-        steady_timer(node, 1.0 / SWEEP_RATE, self._publish)
+        steady_timer(node, 1.0 / BRINGUP.sweep_rate, self._publish)
 
     def _publish(self) -> None:
         if self._node.count_publishers(TOPIC) > 1:
@@ -73,5 +70,5 @@ class SimulatedJoints:
 
     @staticmethod
     def _positions(seconds: float, limits: Mapping[str, tuple[float, float]]) -> list[float]:
-        share = 0.5 - 0.5 * math.cos(2 * math.pi * seconds / SWEEP_PERIOD_S)
+        share = 0.5 - 0.5 * math.cos(2 * math.pi * seconds / BRINGUP.sweep_s)
         return [low + share * (high - low) for low, high in limits.values()]

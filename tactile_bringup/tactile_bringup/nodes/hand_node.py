@@ -23,8 +23,9 @@ from tactile_driver.nodes.runtime.run import process_of
 
 from ..hand.description import read_hand
 from ..parameters.table import HAND_PARAMETERS
+from .constants import BRINGUP
 from .hand_contacts import HandContactsPublisher
-from .hand_joints import MAX_AGE_NS, TOPIC, JointPositions, SimulatedJoints
+from .hand_joints import TOPIC, JointPositions, SimulatedJoints
 from .hand_object import HandObjectPublisher
 
 
@@ -92,7 +93,7 @@ class HandNode(Node):
         robot, newest, now = self._hand.robot, self._positions.newest(), self.get_clock().now().nanoseconds
         for sensor in self._hand.sensors if robot is not None else ():
             for joint in robot.chain(sensor.frame):
-                if joint.is_movable and (joint.source not in newest or now - newest[joint.source][0] > MAX_AGE_NS):
+                if joint.is_movable and (joint.source not in newest or now - newest[joint.source][0] > BRINGUP.max_joint_age_ns):
                     return (f'joint {joint.source}, which moves sensor {sensor.name}, has no present position on /{TOPIC}; start the '
                             "hand's driver or its joint_state_broadcaster")
         return ''

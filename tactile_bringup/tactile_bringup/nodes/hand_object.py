@@ -20,11 +20,11 @@ from tactile_perception.core.sensor_type import SENSOR_TYPES
 from ..hand.description import Hand, HandSensor
 from ..hand.held_pose import HeldPoseTracker, Report
 from ..hand.urdf import Pose
+from .constants import BRINGUP
 from .hand_joints import JointPositions
 from .hand_publisher import HandPublisher
 
 FRAME, TOPIC = 'object', '/hand/object'
-_WAITING = 10  # stamps of a sensor of which one of the two messages is kept until the other one comes
 
 
 def report_of(contacts: Contacts, region: ContactRegion, pose: Pose | None, sensor_type: str) -> Report:
@@ -49,7 +49,8 @@ def _motion(message: Transform) -> Pose | None:
 class HandObjectPublisher(HandPublisher):
     """Follows the object, and publishes its pose while it is held. always: the frame is on /tf without a subscriber of /hand/object."""
 
-    kind, topic, inputs, depth = PoseWithCovarianceStamped, TOPIC, {'contacts': Contacts, 'contact_region': ContactRegion}, _WAITING
+    kind, topic, inputs = PoseWithCovarianceStamped, TOPIC, {'contacts': Contacts, 'contact_region': ContactRegion}
+    depth = BRINGUP.waiting_stamps
 
     def __init__(self, node: Node, host: Host, hand: Hand, positions: JointPositions, always: bool = False):
         self._tracker = HeldPoseTracker(min(len(hand.sensors), 2))
@@ -74,7 +75,7 @@ class HandObjectPublisher(HandPublisher):
         if len(pair) == 2:
             self._follow(sensor, pair[Contacts], pair[ContactRegion])
             self._waiting[sensor.name] = {later: other for later, other in waiting.items() if later > stamp}
-        elif len(waiting) > _WAITING:
+        elif len(waiting) > BRINGUP.waiting_stamps:
             del waiting[min(waiting)]
 
     def _follow(self, sensor: HandSensor, contacts: Contacts, region: ContactRegion) -> None:

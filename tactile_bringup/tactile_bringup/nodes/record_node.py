@@ -32,8 +32,8 @@ from tactile_msgs.msg import DotTracks, PsdVoltages
 from tactile_perception.common.messages import RESULTS
 
 from ..parameters.table import RECORD_PARAMETERS
+from .constants import BRINGUP
 
-_RESERVED_BYTES = 4 << 20  # for the end of the file and metadata.yaml
 _RESERVE_NAME = 'reserve'
 
 
@@ -49,7 +49,7 @@ class LiveBag(BagWriter):
     def __enter__(self) -> LiveBag:
         super().__enter__()
         with open(self.path / _RESERVE_NAME, 'wb') as file:
-            os.posix_fallocate(file.fileno(), 0, _RESERVED_BYTES)
+            os.posix_fallocate(file.fileno(), 0, BRINGUP.reserved_bytes)
         return self
 
     def __exit__(self, *exc) -> None:
@@ -65,9 +65,6 @@ PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # no message of a reliable publisher is lost while the disk keeps up
 _LATCHED = QoSProfile(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_MAX_DRAIN_S = 5.0  # for messages that wait at the end: less than the 12 s that ending may take
-_IDLE_CALLBACKS = 10  # without a message, after which none waits: more than the node has timers and events
-_CHECK_S = 0.05  # between two checks for subscribers of raw data
 
 
 class RecordNode(Node):
@@ -92,15 +89,15 @@ class RecordNode(Node):
         self._record('/tf', TFMessage)  # by which, with the next, an array computes friction and frame of its wrench
         self._record('/joint_states', JointState)
         # Subscribe to raw data after the perception nodes: a played recording starts with its first subscriber.
-        self._waiting = steady_timer(self, _CHECK_S, self._record_raw)
+        self._waiting = steady_timer(self, BRINGUP.subscriber_check_s, self._record_raw)
         self._examined = time.monotonic(), 0
         self._diagnostics = NodeDiagnostics(self, 'recording', self._path, self._examine)
         guard_services(self)
 
     def destroy_node(self) -> None:
         """Write what has arrived, and close the bag, which writes its index."""
-        end, idle = time.monotonic() + _MAX_DRAIN_S, 0
-        while self.executor is not None and idle < _IDLE_CALLBACKS and time.monotonic() < end:
+        end, idle = time.monotonic() + BRINGUP.max_drain_s, 0
+        while self.executor is not None and idle < BRINGUP.idle_callbacks and time.monotonic() < end:
             known = self.written + self._lost
             self.executor.spin_once(timeout_sec=0.0)
             idle = idle + 1 if self.written + self._lost == known else 0

@@ -16,10 +16,11 @@ from tactile_driver.nodes.runtime.run import process_of
 from tactile_msgs.msg import Contacts
 from tactile_perception.common.messages import wrench_to_message
 
+from .constants import BRINGUP
+
 BASE, PROBE, FORCE = 'stage_base', 'stage_tip', 'stage_force'
 #: Position, m, and rotation vector, rad, of the sensor in BASE: not 0, so that frames that are confused show
 MOUNTING = (0.30, -0.12, 0.05, 0.02, -0.01, 0.7)
-_START_HEIGHT, _CLEARANCE = 0.3, 5e-3  # m, of the tip before the first contact, and between contacts
 _FORCE_ABOVE = np.array([0.0, 0.0, 0.08])  # m, of the force sensor above the tip, in the axes of BASE
 _BIAS = np.array([0.4, -0.3, -2.1, 0.01, 0.02, -0.01])  # N, N m: weight of the tool and offset
 _NOISE = np.array([0.01, 0.01, 0.01, 3e-4, 3e-4, 3e-4])  # N, N m: of a small force/torque sensor
@@ -34,7 +35,7 @@ class SimulatedStage(Node):
     def __init__(self):
         super().__init__('simulated_stage')
         self._origin, self._turn = np.array(MOUNTING[:3]), Rotation.from_rotvec(MOUNTING[3:])
-        self._tip, self._out, self._rng = np.array([0.0, 0.0, _START_HEIGHT]), np.zeros(3), np.random.default_rng(5)
+        self._tip, self._out, self._rng = np.array([0.0, 0.0, BRINGUP.start_height]), np.zeros(3), np.random.default_rng(5)
         self._transforms = self.create_publisher(TFMessage, '/tf', 100)
         self._mounted = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._sensor = ''
@@ -55,7 +56,7 @@ class SimulatedStage(Node):
         if message.contacts:
             p, n, depth = message.contacts[0].position, message.contacts[0].normal, message.contacts[0].depth
             outwards = np.array([n.x, n.y, n.z])
-            self._tip, self._out = np.array([p.x, p.y, p.z]) - outwards * depth, outwards * (depth + _CLEARANCE)
+            self._tip, self._out = np.array([p.x, p.y, p.z]) - outwards * depth, outwards * (depth + BRINGUP.clearance)
             self._press(wrench_to_message(np.r_[-message.contacts[0].force * outwards, np.zeros(3)], message.header).message)
         else:  # it retreats along the same path
             self._tip, self._out = self._tip + self._out, np.zeros(3)

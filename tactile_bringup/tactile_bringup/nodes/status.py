@@ -23,10 +23,10 @@ from rclpy.utilities import remove_ros_args
 from tactile_driver.errors import reports_errors
 
 from ..hand.description import read_hand
+from .constants import BRINGUP
 
 OK, WARN, ERROR, SILENT = range(4)
 _WORDS = ('ok', 'warning', 'ERROR', 'SILENT')
-_SILENCE_S = 3.5  # three missed reports (nodes report once a second), and the delay of a busy machine
 _HEADS = ('sensor', 'node', 'state', 'rate Hz', 'latency ms', 'age s', 'dropped', 'lost', '')
 #: Key in /diagnostics and number format. The last _COUNTERS count since the start; the others are current values.
 _NUMBERS = (('rate (Hz)', '.1f'), ('latency (ms)', '.1f'), ('age (s)', '.2f'), ('dropped', '.0f'), ('lost frames', '.0f'))
@@ -66,7 +66,7 @@ class HandStatus:
 
     def _level(self, report: Report, now_s: float) -> int:
         """The reported level, or SILENT when the last report is older than 3.5 s."""
-        return SILENT if now_s - report.time_s > _SILENCE_S else report.level
+        return SILENT if now_s - report.time_s > BRINGUP.silence_s else report.level
 
     @property
     def missing(self) -> list[str]:
@@ -113,7 +113,6 @@ def _row(cells: Collection[str]) -> str:
     return f'{sensor:<14} {node:<20} {state:<12}' + ''.join(f'{number:>11}' for number in numbers) + f'  {last}'
 
 
-_PERIOD_S, _COMPLETE_S = 1.0, 2.5  # of the table, and without a new node until it is complete; nodes report once a second
 _CLEAR = '\033[2J\033[H'
 
 
@@ -126,11 +125,11 @@ def _watch(executor: SingleThreadedExecutor, status: HandStatus, once: bool, pat
     while True:
         executor.spin_once(timeout_sec=0.1)
         now = time.monotonic()
-        complete = status.reports and not status.missing and now - status.news_s > _COMPLETE_S
+        complete = status.reports and not status.missing and now - status.news_s > BRINGUP.complete_s
         if once and (complete or now - begin > patience_s):
             print(status.text(now), end='')
             return min(status.faulty(now), 1)
-        if not once and now - shown > _PERIOD_S:
+        if not once and now - shown > BRINGUP.status_period_s:
             shown = now
             print((_CLEAR if sys.stdout.isatty() else '') + status.text(now), flush=True)
 

@@ -17,10 +17,10 @@ from tactile_perception.tools.judged_bag import JudgedBag
 
 from .. import share
 from ..simulate.bags import write_psd_scene, write_scene, write_taxel_scene
+from .constants import PAPERS
 from .figures import OURS, PUBLISHED, Picture
 
 CAUSES = '; '  # between the causes of one row
-MAX_RATIO = 1.5  # of the published method's error here to the error in the paper, above which a table names the cause
 
 Method = tuple[Path, Path | None]  # parameter file, calibration file
 
@@ -46,10 +46,10 @@ class Row:
 
     @property
     def needs_cause(self) -> bool:
-        """Whether the published method's error is more than MAX_RATIO times the error that the paper reports."""
+        """Whether the published method's error is more than PAPERS.max_ratio times the error that the paper reports."""
         if not self.reported:
             return False
-        return not abs(self.published - self.ideal) <= MAX_RATIO * abs(float(self.reported) - self.ideal)
+        return not abs(self.published - self.ideal) <= PAPERS.max_ratio * abs(float(self.reported) - self.ideal)
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,8 @@ def _markdown(title: str, cells: Sequence[Sequence[str]]) -> list[str]:
 
 
 def unexplained(tables: Sequence[Table], causes: Sequence[str]) -> list[str]:
-    """A line for each figure of the published method that misses the paper's by more than MAX_RATIO and names none of the causes, and for
-    each named cause that is not among them."""
+    """A line for each figure of the published method that misses the paper's by more than PAPERS.max_ratio and names none of the causes,
+    and for each named cause that is not among them."""
     found = []
     for table in tables:
         for row in table.rows:

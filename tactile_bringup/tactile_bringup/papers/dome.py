@@ -26,11 +26,10 @@ from tactile_perception.press.tools import PressReader
 from tactile_perception.published.air_cushion_contact import PaperCushion, PaperCushionDetector
 
 from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped
+from .constants import PAPERS
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
 from .sheets import MODEL, Press, estimated, fit_published, presses
 
-RATE = 20.0  # Hz: SORT follows circles by their overlap from frame to frame, so the descent is recorded, too
-STANDS = 1e-5  # m a frame, below which the tip stands still
 PAPER = MappingProxyType({'touch': 'paper_cushion', 'detection': 'paper_cushion', 'numbering': 'sort', 'rows': 0, 'columns': 0})
 #: Conditions that the paper does not give: name in the scenes' names -> width of the tip, and distance of the zones from the top.
 CONDITIONS = {'near_zones': '16 mm tip', 'zones': '60 mm tip'}
@@ -80,15 +79,16 @@ def published(bench: Bench, prefix: str, changes: Mapping = PAPER) -> Method:
     params = bench.params('air_cushion', changes)
     output = params.with_name(f'{prefix}_{params.stem}_calibration.yaml')
     if not output.exists():
-        fit_published('air_cushion', [bench.bag('air_cushion', f'{prefix}_calibration', RATE, 180)], params, output, changes['touch'])
+        bag = bench.bag('air_cushion', f'{prefix}_calibration', PAPERS.dome_rate, 180)
+        fit_published('air_cushion', [bag], params, output, changes['touch'])
     return params, output
 
 
 def _tables(bench: Bench, prefix: str, condition: str, what: str, regular: bool) -> Iterator[Table]:
     """Tables I and II. No calibration file of ours ships for the random print, and the paper reports no numbers of it."""
-    bag, papers = bench.bag('air_cushion', prefix, RATE, 90), published(bench, prefix)
+    bag, papers = bench.bag('air_cushion', prefix, PAPERS.dome_rate, 90), published(bench, prefix)
     methods = (papers, (bench.params('air_cushion', MODEL), shipped('air_cushion'))) if regular else (papers,)
-    stops = _stops(_still(presses(bench, bag, *methods)), open_scene(prefix, RATE, bench.seed).camera)
+    stops = _stops(_still(presses(bench, bag, *methods)), open_scene(prefix, PAPERS.dome_rate, bench.seed).camera)
     pictures = _pictures(bench, prefix, papers, stops) if regular and condition == 'near_zones' else ()
     errors = [_errors(found, true) for found, true in _judged(stops)]
     shares = [reported(np.array([stop.found[k] for stop in stops]).reshape(-1, 3)) for k in range(len(methods))]
@@ -119,7 +119,7 @@ def _stops(found: Sequence[Press], camera) -> list[Stop]:
 
 def _still(found: Sequence[Press]) -> list[Press]:
     """The presses at which the stage stands."""
-    return [now for before, now in pairwise(found) if abs(now.true[3] - before.true[3]) < STANDS]
+    return [now for before, now in pairwise(found) if abs(now.true[3] - before.true[3]) < PAPERS.max_standstill]
 
 
 def _in_image(press: np.ndarray, camera) -> np.ndarray:
@@ -146,10 +146,10 @@ def _errors(found: np.ndarray, true: np.ndarray) -> dict[str, np.ndarray]:
 
 def _pictures(bench: Bench, prefix: str, method: Method, stops: Sequence[Stop]) -> tuple[Picture, ...]:
     """Figs 4 and 5, of the presses of the calibration; fig 7, of a press near the top and one far from it."""
-    paper, presses_ = _read(bench.bag('air_cushion', f'{prefix}_calibration', RATE), method)
+    paper, presses_ = _read(bench.bag('air_cushion', f'{prefix}_calibration', PAPERS.dome_rate), method)
     change = 1e3 * _changes(paper, presses_)
     zone, depth = presses_.position_labels(), 1e3 * presses_.depth
-    stands = np.r_[False, np.abs(np.diff(presses_.depth)) < STANDS]
+    stands = np.r_[False, np.abs(np.diff(presses_.depth)) < PAPERS.max_standstill]
     curves = [_means_at_stops(depth[stands & (zone == k)], change[stands & (zone == k)]) for k in range(zone.max() + 1)]
     seen = np.linspace(change[zone >= 0].min(), change[zone >= 0].max(), 60)
     cubic = 1e3 * np.array([paper.calibration.cubic(np.array([1e-3 * x]))[0][0] for x in seen])
@@ -185,7 +185,7 @@ def _frame(bag: Path, stop: Stop) -> tuple[np.ndarray, np.ndarray, Stop]:
     with BagReader(bag) as reader:
         for raw in reader.messages({next(topic for topic in reader.topics if topic.endswith('image_raw'))}):
             message = decode(raw.data, raw.type_name)
-            if abs(stamp_seconds(message.header) - stop.stamp_s) < 0.5 / RATE:
+            if abs(stamp_seconds(message.header) - stop.stamp_s) < 0.5 / PAPERS.dome_rate:
                 image = image_to_array(message)
                 return image, PaperCushionDetector(1).detect(image).uv, stop
     raise BadRecording(f'{bag}: no image at {stop.stamp_s} s')
@@ -227,11 +227,11 @@ def _draw_meshes(shown: Sequence, figure) -> None:
 
 def details(bench: Bench) -> Iterator[Detail]:
     """Where the published method's error lies; circles numbered otherwise; other thresholds; what a change says of the depth."""
-    top = open_scene('air_cushion_zones', RATE, bench.seed).camera
+    top = open_scene('air_cushion_zones', PAPERS.dome_rate, bench.seed).camera
     rows, chains, thresholds, untouched = [], [], [], []
     for condition, what in CONDITIONS.items():
         prefix = f'air_cushion_{condition}'
-        bag = bench.bag('air_cushion', prefix, RATE, 90)
+        bag = bench.bag('air_cushion', prefix, PAPERS.dome_rate, 90)
         for name, change in (('SORT', {}), ('the print', {'numbering': 'lattice', 'rows': 17, 'columns': 17})):
             paper, seen = _read(bag, published(bench, prefix, {**PAPER, **change}))
             found = _still(estimated(paper, seen))
@@ -279,7 +279,7 @@ def _relief(bench: Bench) -> Detail:
     rows = []
     for condition, what in CONDITIONS.items():
         prefix = f'air_cushion_{condition}'
-        paper, presses_ = _read(bench.bag('air_cushion', f'{prefix}_calibration', RATE), published(bench, prefix))
+        paper, presses_ = _read(bench.bag('air_cushion', f'{prefix}_calibration', PAPERS.dome_rate), published(bench, prefix))
         depth = np.round(presses_.depth, 4)
         for deep in np.unique(depth[1:][np.diff(depth) == 0]):
             fields = [field for field, at in zip(presses_.fields, depth) if at == deep > 0]

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .constants import PAPERS
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
 TRUTH, PUBLISHED, OURS = 'truth', 'its method', 'ours'
 COLOURS = {TRUTH: 'silver', PUBLISHED: 'C1', OURS: 'C0'}
-MAX_COLUMNS = 3  # panels side by side
-_CHARACTERS = 12  # of a title in an inch of width
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Picture:
         from matplotlib.figure import Figure
         figure = Figure(figsize=self.size, layout='constrained')
         self.draw(figure)
-        figure.suptitle(textwrap.fill(self.title, int(_CHARACTERS * self.size[0])), fontsize='medium')
+        figure.suptitle(textwrap.fill(self.title, int(PAPERS.title_characters * self.size[0])), fontsize='medium')
         figure.savefig(path, dpi=90)
 
 
@@ -61,8 +61,8 @@ class Curves:
 
 
 def draw_curves(panels: Sequence[Curves], figure: Figure) -> None:
-    """A panel for each of panels, in two rows if more than MAX_COLUMNS, and a legend of all."""
-    rows = 1 if len(panels) <= MAX_COLUMNS else 2
+    """A panel for each of panels, in two rows if more than PAPERS.max_panels, and a legend of all."""
+    rows = 1 if len(panels) <= PAPERS.max_panels else 2
     axes = figure.subplots(rows, -(-len(panels) // rows), squeeze=False).ravel()
     for axis, curves in zip(axes, panels):
         for name, (x, y) in curves.lines.items():

@@ -15,11 +15,9 @@ from tactile_driver.recordings.serialization import decode
 from tactile_perception.evaluation.evaluation import Evaluation
 
 from .bench import Bench, Detail, Method, Row, Table, mean, shipped
+from .constants import PAPERS
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
 
-_SAMPLES = 1000.0  # Hz
-_PUBLISHED_SAMPLES = 20  # N_s of eqs 9 to 14
-_MAX_POLAR = 45.0  # degrees from the pole, up to which the paper states the mean deviation
 _SHOWN = (0.0, 0.0), (180.0, 30.0), (180.0, 60.0)  # degrees, phi and theta of fig 9
 FALSE_CONTACTS = 'false contacts'
 _MARKERS = {PUBLISHED: 'o', OURS: 'x'}
@@ -69,11 +67,11 @@ def _methods(bench: Bench) -> list[Method]:
 
 def static(bench: Bench) -> Iterator[Table]:
     """Figs 7 to 10: 25 positions, the error angle and the mean deviation."""
-    methods = _positions(bench, bench.bag('psd_finger', 'grid', _SAMPLES))
-    near = [[one for one in positions if one.polar < _MAX_POLAR + 1] for positions in methods]
+    methods = _positions(bench, bench.bag('psd_finger', 'grid', PAPERS.finger_rate))
+    near = [[one for one in positions if one.polar < PAPERS.max_polar + 1] for positions in methods]
     worst = [[max((getattr(one, what) for one in positions), default=np.nan) for positions in some]
              for some, what in ((methods, 'error'), (near, 'error'), (near, 'deviation'))]
-    within = f'within {_MAX_POLAR:g} degrees of the pole, maximum'
+    within = f'within {PAPERS.max_polar:g} degrees of the pole, maximum'
     yield Table('25 positions: figs 7 to 10', [
         Row('error angle, maximum', 'degrees', '6', *worst[0]),
         Row('error angle at the pole', 'degrees', '', *(mean([one.error for one in positions if one.polar < 1]) for positions in methods)),
@@ -96,7 +94,7 @@ def _positions(bench: Bench, bag: Path) -> list[list[PressedPosition]]:
     found: list[list[PressedPosition]] = [[], []]
     for samples in map(np.array, presses.values()):
         middle = samples[len(samples) // 8:len(samples) - len(samples) // 8]
-        taken = middle[np.unique(np.linspace(0, len(middle) - 1, _PUBLISHED_SAMPLES).round().astype(int))]
+        taken = middle[np.unique(np.linspace(0, len(middle) - 1, PAPERS.published_samples).round().astype(int))]
         for k, positions in enumerate(found, 1):
             positions.append(PressedPosition(taken[0, 0], taken[:, k]))
     return found
@@ -170,7 +168,7 @@ _DYNAMIC = ('slow_taps', '0.25 s at 0.88 Hz', 'a'), ('taps', '0.078 s at 3.2 Hz'
 def dynamic(bench: Bench) -> Iterator[Table]:
     """Fig 11: contacts of two durations."""
     for scene, what, letter in _DYNAMIC:
-        bag = bench.bag('psd_finger', scene, _SAMPLES)
+        bag = bench.bag('psd_finger', scene, PAPERS.finger_rate)
         evaluations, seen = zip(*(_tapped(bench, bag, method) for method in _methods(bench)))
         names = (('contacts reported', '%'), ('reported after the onset, median', 'ms'), ('reported after the onset, maximum', 'ms'),
                  ('contacts that are none', ''))
@@ -197,7 +195,7 @@ def false_contacts(bench: Bench) -> Iterator[Detail]:
     found = []
     for scene, what, _ in _DYNAMIC:
         for name, method in zip((PUBLISHED, OURS), _methods(bench)):
-            _, seen = _tapped(bench, bench.bag('psd_finger', scene, _SAMPLES), method)
+            _, seen = _tapped(bench, bench.bag('psd_finger', scene, PAPERS.finger_rate), method)
             real = set(seen[(seen[:, 1] > 0) & (seen[:, 2] > 0), 3])
             false = [seen[seen[:, 3] == number, 0] for number in sorted(set(seen[:, 3]) - real - {-1.0})]
             near = [1e3 * np.abs(seen[seen[:, 1] > 0, 0] - stamps.mean()).min() for stamps in false]
@@ -220,7 +218,7 @@ def _light(bag: Path) -> np.ndarray:
         for raw in reader.messages():
             if raw.topic.endswith('/voltages'):
                 volts = np.array(decode(raw.data, raw.type_name).voltages).reshape(-1, 4).sum(axis=1)
-                rows.append(np.column_stack([1e-9 * raw.stamp_ns + np.arange(len(volts)) / _SAMPLES, volts]))
+                rows.append(np.column_stack([1e-9 * raw.stamp_ns + np.arange(len(volts)) / PAPERS.finger_rate, volts]))
     every = np.concatenate(rows)
     return every - [0.0, rows[0][:, 1].mean()]
 

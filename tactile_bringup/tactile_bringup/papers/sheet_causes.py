@@ -20,11 +20,11 @@ from tactile_perception.press.tools import PressReader
 from tactile_perception.published.areal_sensor_contact_position import PaperTouch, calibrate_paper, grid_point
 
 from .bench import Bench, Detail, mean, reported
+from .constants import PAPERS
 from .sheets import (
     DENT,
     DUAL,
     PAPER,
-    RATE,
     SINGLE,
     STRETCHED,
     VIEWS,
@@ -93,7 +93,7 @@ def _links(bench: Bench, sensor: str, specimens: Mapping, changes: Mapping, scen
     """The published method with each of the changes of its parameters, on each specimen."""
     rows = []
     for prefix, what in specimens.items():
-        bag = bench.bag(sensor, f'{prefix}_{scene}', RATE)
+        bag = bench.bag(sensor, f'{prefix}_{scene}', PAPERS.sheet_rate)
         for name, change in changes.items():
             found, = errors(presses(bench, bag, published(bench, sensor, prefix, {**PAPER, **change})))
             rows.append((what, name, *means(found), reported(found)))
@@ -164,7 +164,7 @@ def _recorded(bench: Bench, scene: str, params, calibration) -> _Recording:
     """A scene as the published chain sees it, frame by frame."""
     reader = PressReader(params, '')
     reader.stitching = stitching_in(calibration, 'areal_dual')
-    reader.read(bench.bag('areal_dual', scene, RATE))
+    reader.read(bench.bag('areal_dual', scene, PAPERS.sheet_rate))
     seen, truth = reader.presses(), _played(scene, bench.seed)[1]
     known = np.array([[*true.contacts[0].position, true.contacts[0].depth] if true.contacts else np.zeros(4) for true in truth])
     frames = [int(np.abs(known - np.nan_to_num([*position, depth])).sum(axis=1).argmin())
@@ -175,7 +175,7 @@ def _recorded(bench: Bench, scene: str, params, calibration) -> _Recording:
 @lru_cache(maxsize=len(DUAL) * len(_SCENES))
 def _played(name: str, seed: int) -> tuple[tuple[int, int], list[TruthFrame]]:
     """Rows and columns of the markers, and the truth of each frame of a scene."""
-    scene = open_dual_scene(name, RATE, seed)
+    scene = open_dual_scene(name, PAPERS.sheet_rate, seed)
     return (scene.rows, scene.columns), [scene.observe(number).truth for number in range(scene.frames)]
 
 
@@ -199,7 +199,8 @@ def _by_depths(bench: Bench, name: str, dent: Callable[[TruthFrame], np.ndarray]
         if is_pressed(truth):
             depth = dent(truth).reshape(shape)
             point = grid_point(depth, rest)
-            found.append(Press(number / RATE, location(truth.contacts), (np.array([*point.position, -point.depth, point.depth]),)))
+            seen = np.array([*point.position, -point.depth, point.depth])
+            found.append(Press(number / PAPERS.sheet_rate, location(truth.contacts), (seen,)))
             widths.append(_width(depth))
     return found, widths
 

@@ -23,12 +23,9 @@ from tactile_perception.press.tools import PressReader, calibrate_markers, read_
 from tactile_perception.published.areal_sensor_contact_position import Cubics, area_and_shift
 
 from .bench import Bench, Method, Row, Table, common, mean, reported, shipped
+from .constants import PAPERS
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
 
-RATE = 2.0          # Hz: each stop of the stage is one frame
-HOLD_RATE = 30.0    # Hz, of the scene with which the Kalman filter is tried
-MIN_DEPTH = 1e-4    # m: a tip that grazes the sheet while it moves presses nothing
-PX_PER_MM = 10.0    # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
 MODEL = MappingProxyType({'touch': 'model'})
 PAPER = MappingProxyType({'touch': 'paper', 'detection': 'paper_areal', 'numbering': 'paper', 'stitching': 'middle'})
 #: Causes, which details show.
@@ -57,8 +54,8 @@ def estimated(method, seen: Presses) -> list[Press]:
 
 
 def is_pressed(truth) -> bool:
-    """Whether a tip is at least MIN_DEPTH deep in the truth of a frame."""
-    return bool(truth.contacts) and truth.contacts[0].depth >= MIN_DEPTH
+    """Whether a tip is at least PAPERS.min_depth deep in the truth of a frame."""
+    return bool(truth.contacts) and truth.contacts[0].depth >= PAPERS.min_depth
 
 
 def location(contacts) -> np.ndarray:
@@ -87,8 +84,8 @@ def published(bench: Bench, sensor: str, prefix: str, changes: Mapping = PAPER) 
     params = bench.params(sensor, changes)
     output = params.with_name(f'{prefix}_{params.stem}_calibration.yaml')
     if not output.exists():
-        fit_published(sensor, [bench.bag(sensor, f'{prefix}_markers', RATE, 60)], params, output, changes['touch'],
-                      bench.bag(sensor, f'{prefix}_plate', RATE))
+        fit_published(sensor, [bench.bag(sensor, f'{prefix}_markers', PAPERS.sheet_rate, 60)], params, output, changes['touch'],
+                      bench.bag(sensor, f'{prefix}_plate', PAPERS.sheet_rate))
     return params, output
 
 
@@ -98,7 +95,7 @@ def ours(bench: Bench, sensor: str, prefix: str) -> Method:
     if prefix == sensor:
         return params, shipped(sensor)
     if not output.exists():
-        calibrate_markers([bench.bag(sensor, f'{prefix}_markers', RATE, 60)], params, output, only='model')
+        calibrate_markers([bench.bag(sensor, f'{prefix}_markers', PAPERS.sheet_rate, 60)], params, output, only='model')
     return params, output
 
 
@@ -128,7 +125,7 @@ def one_camera(bench: Bench) -> Iterator[Table]:
     size = _sheet_size(bench, sensor)
     for prefix, what in SINGLE.items():
         methods = published(bench, sensor, prefix), ours(bench, sensor, prefix)
-        found = presses(bench, bench.bag(sensor, f'{prefix}_table_1', RATE), *methods)
+        found = presses(bench, bench.bag(sensor, f'{prefix}_table_1', PAPERS.sheet_rate), *methods)
         pictures = [Picture(f'fig_14_{prefix}', f'Contact positions, one camera, {what} (fig 14)', partial(_draw_positions, found, size))]
         if prefix != sensor:
             pictures.append(_polynomials(bench, sensor, prefix))
@@ -142,7 +139,8 @@ def _filtered(bench: Bench) -> Table:
     sensor = 'areal_single'
     params, calibration = published(bench, sensor, 'areal_single_paper')
     smooth = bench.params(sensor, {**PAPER, 'paper.kalman': True})
-    found = presses(bench, bench.bag(sensor, 'areal_single_paper_motion', HOLD_RATE, 90), (params, calibration), (smooth, calibration))
+    bag = bench.bag(sensor, 'areal_single_paper_motion', PAPERS.hold_rate, 90)
+    found = presses(bench, bag, (params, calibration), (smooth, calibration))
     stands = (np.abs(np.diff([press.true for press in found], axis=0)) < 1e-6).all(axis=1)
     numbers = [(*means(error), mean(np.hypot(*np.diff(error[:, :2], axis=0).T)[stands])) for error in errors(found)]
     names = ('x and y, mean error', 'depth, mean error', 'change of x and y per frame while the tip stands, mean')
@@ -158,19 +156,19 @@ def two_cameras(bench: Bench) -> Iterator[Table]:
     for prefix, what in DUAL.items():
         methods = published(bench, sensor, prefix), ours(bench, sensor, prefix)
         is_thin = prefix == sensor
-        found = presses(bench, bench.bag(sensor, f'{prefix}_table_2', RATE), *methods)
+        found = presses(bench, bench.bag(sensor, f'{prefix}_table_2', PAPERS.sheet_rate), *methods)
         yield Table('Two cameras: tables 2 and 3',
                     _rows(found, ('0.63', '0.06'), (DENT if is_thin else VIEWS, DENT)),
-                    f'Nine positions at depths of 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.',
+                    f'Nine positions at depths of 1, 2 and 3 mm. The paper reports 6.3 px, at {PAPERS.px_per_mm:g} px a mm.',
                     (Picture(f'fig_16_{prefix}', f'Contact positions, two cameras, {what} (fig 16)',
                              partial(_draw_positions, found, size)),), what)
-        found = presses(bench, bench.bag(sensor, f'{prefix}_table_4', RATE), *methods)
+        found = presses(bench, bench.bag(sensor, f'{prefix}_table_4', PAPERS.sheet_rate), *methods)
         over = [ratios(found, k) for k in (0, 1)]
         yield Table('Two cameras: table 4', [
             Row('reported over true displacement, mean', '', '1.03', *map(mean, over), ideal=1.0, cause=DENT if is_thin else ''),
             Row('its standard deviation', '', '0.053', *(float(np.nanstd(one)) if np.isfinite(one).any() else np.nan for one in over),
                 cause=VIEWS if is_thin else '')],
-            f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.',
+            f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PAPERS.px_per_mm:g} px a mm.',
             (Picture(f'fig_17_{prefix}', f'Paths, two cameras, {what} (fig 17)', partial(_draw_paths, found, size), (9.0, 6.5)),), what)
 
 
@@ -228,7 +226,7 @@ def _plate_of(bench: Bench, sensor: str, prefix: str):
     """Presses of the plate, in the published method's chain."""
     params = published(bench, sensor, prefix)[0]
     reader = PressReader(params, '')
-    return read_plate(bench.bag(sensor, f'{prefix}_plate', RATE), params, '', reader)
+    return read_plate(bench.bag(sensor, f'{prefix}_plate', PAPERS.sheet_rate), params, '', reader)
 
 
 def _polynomials(bench: Bench, sensor: str, prefix: str) -> Picture:

@@ -21,13 +21,9 @@ from tactile_perception.published.taxel_array_image_processing import image_mome
 from tactile_perception.taxel.pressure import TaxelArray
 
 from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped
+from .constants import PAPERS
 from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Curves, Picture, draw_curves, legend_of
 
-_FRAMES = 50.0  # Hz
-_MAX_LINK = 1.0  # mm, from a track to the point that it moves with: one taxel
-_MIN_SPACING = 2.0  # mm, between the beginnings of tracks: as between the paper's corners
-_HELD_UNTIL = 3.0  # s, stamp until which the faces are held
-_UNTOUCHED = 10  # frames at the start without contact
 PRESSED = 'spread pressure'
 _METHODS = 'paper', 'mechanics'
 
@@ -39,7 +35,7 @@ def _method(bench: Bench, name: str) -> Method:
 def localization(bench: Bench) -> Iterator[Table]:
     """Figs 3 and 5: a bar that is moved and turned: its position and angle, and the points that slip."""
     for scene, what in (('demo', 'moved'), ('turn', 'turned')):
-        bag = bench.bag('taxel_array', scene, _FRAMES)
+        bag = bench.bag('taxel_array', scene, PAPERS.taxel_rate)
         rows: tuple[list, ...] = [], []
         slips = []
         for stamp, true, estimates in bench.compare(bag, *(_method(bench, name) for name in _METHODS)):
@@ -109,22 +105,22 @@ def _slip_rows(frames: list[tuple[np.ndarray, ...]]) -> list[Row]:
 def _tracks(frames: list[np.ndarray], truth: list[SlipEstimate]) -> list[np.ndarray]:
     """Each (N, 4): position of a track, mm, in N frames, and where the point truly is that was there at its beginning.
 
-    A track moves with the nearest point within _MAX_LINK, and stays where there is none. A point farther than _MIN_SPACING from all tracks
-    begins one.
+    A track moves with the nearest point within PAPERS.max_link, and stays where there is none. A point farther than PAPERS.min_spacing from
+    all tracks begins one.
     """
     tracks: list[list[np.ndarray]] = []
     for points, true in zip(frames, truth):
         ends = np.array([track[-1][:2] for track in tracks]).reshape(-1, 2)
         for position in points[:, :2]:
-            if not len(ends) or np.hypot(*(ends - position).T).min() > _MIN_SPACING:
+            if not len(ends) or np.hypot(*(ends - position).T).min() > PAPERS.min_spacing:
                 tracks.append([np.tile(position, 2)])
                 ends = np.concatenate([ends, [position]])
         for track in tracks:
             position, true_position = track[-1][:2], track[-1][2:]
             distance = np.hypot(*(points[:, :2] - position).T)
-            step = points[distance.argmin(), 2:4] if len(distance) and distance.min() < _MAX_LINK else np.zeros(2)
+            step = points[distance.argmin(), 2:4] if len(distance) and distance.min() < PAPERS.max_link else np.zeros(2)
             true_step = 1e3 * np.array(_true_velocity(true, *(1e-3 * true_position)))
-            track.append(track[-1] + np.concatenate([step, true_step]) / _FRAMES)
+            track.append(track[-1] + np.concatenate([step, true_step]) / PAPERS.taxel_rate)
     return [np.array(track) for track in tracks]
 
 
@@ -140,7 +136,7 @@ def _image(bag: Path, stamp: float) -> np.ndarray | None:
     """The tactile image (rows, columns) at a stamp, s."""
     with BagReader(bag) as reader:
         for raw in reader.messages():
-            if raw.topic.endswith('image_raw') and abs(1e-9 * raw.stamp_ns - stamp) < 0.5 / _FRAMES:
+            if raw.topic.endswith('image_raw') and abs(1e-9 * raw.stamp_ns - stamp) < 0.5 / PAPERS.taxel_rate:
                 return grey_to_array(decode(raw.data, raw.type_name), 'taxel image')
     return None
 
@@ -172,12 +168,12 @@ def shapes(bench: Bench) -> Iterator[Table]:
     """Fig 4: the shape of a contact by edges."""
     found, shown = [], []
     for face in FACES:
-        bag, overlaps, last = bench.bag('taxel_array', face, _FRAMES), [], None
+        bag, overlaps, last = bench.bag('taxel_array', face, PAPERS.taxel_rate), [], None
         for stamp, true, estimates in bench.compare(bag, *(_method(bench, name) for name in _METHODS)):
             if true.contacts and true.region is not None:
                 overlaps.append([np.nan if one.region is None else region_iou(_loops(one.region), _loops(true.region))
                                  for one in estimates])
-                if stamp < _HELD_UNTIL:
+                if stamp < PAPERS.held_until_s:
                     last = stamp, [_loops(one.region) for one in estimates if one.region is not None]
         by_edges, ours = common(*np.moveaxis(np.array(overlaps).reshape(-1, 2), 1, 0)[..., None])
         found.append(Row(f'{face}, overlap', 'IoU', '', mean(by_edges), mean(ours), ideal=1.0))
@@ -209,11 +205,11 @@ def values(bench: Bench) -> Iterator[Detail]:
     """Position and angle by the moments of other taxels and values."""
     found = []
     for name, what in (('demo', 'moved'), ('turn', 'turned')):
-        scene, errors, untouched = open_taxel_scene(name, _FRAMES, bench.seed), [], []
+        scene, errors, untouched = open_taxel_scene(name, PAPERS.taxel_rate, bench.seed), [], []
         array = TaxelArray(scene.specimen.rows, scene.specimen.columns, scene.specimen.pitch, 255.0)
         for number in range(scene.frames):
-            counts, true = scene.render(number / _FRAMES)
-            if number < _UNTOUCHED:
+            counts, true = scene.render(number / PAPERS.taxel_rate)
+            if number < PAPERS.untouched_frames:
                 untouched.append(counts.astype(float))
             elif true.contacts:
                 change = counts - np.mean(untouched, axis=0)

@@ -15,15 +15,13 @@ from tactile_perception.common.geometry import matrix_of_quaternion
 from tactile_perception.published.touchpad_contact_region import PaperRegion
 
 from .bench import Bench, Detail, Row, Table, at_maximum, common, mean, reported
+from .constants import PAPERS
 from .figures import OURS, PUBLISHED, Curves, Picture, draw_curves, legend_of
 
-_FRAMES = 10.0  # Hz
 _PUBLISHED = {'contact': 'paper', 'detection': 'paper', 'numbering': 'paper'}
 _OURS = {'contact': 'membrane'}
 TOOLS = ('rectangle', 8), ('disc', 9), ('ring', 10)  # pressed along the normal, and the figure that shows it
 BESIDE = 'moving skin'
-_SAME_DEPTH = 1e-6  # m, up to which the object is held at a depth
-_COLUMNS = 23  # dots in a row of the simulated touchpad
 _KINDS = ('true positive', 'C2', 'o'), ('false positive', 'C3', 'x'), ('false negative', 'C1', '^')
 
 
@@ -47,12 +45,12 @@ def presses(bench: Bench) -> Iterator[Table]:
         frames: tuple[list[Dots | None], ...] = [], []
         counts: tuple[list, ...] = [], []
         truth, deepest = {}, 0.0
-        for stamp, true, estimates in bench.compare(bench.bag('touchpad', f'normal_{tool}', _FRAMES, 40), *methods):
+        for stamp, true, estimates in bench.compare(bench.bag('touchpad', f'normal_{tool}', PAPERS.touchpad_rate, 40), *methods):
             if not true.contacts or true.region is None:
                 continue
-            if true.contacts[0].depth < deepest - _SAME_DEPTH:
+            if true.contacts[0].depth < deepest - PAPERS.depth_tolerance:
                 break
-            deepest, truth[round(stamp * _FRAMES)] = true.contacts[0].depth, true.region
+            deepest, truth[round(stamp * PAPERS.touchpad_rate)] = true.contacts[0].depth, true.region
             for k, estimate in enumerate(estimates):
                 frames[k].append(None if estimate.region is None else Dots(_touching(true.region), _touching(estimate.region)))
                 counts[k].append((*_count(frames[k][-1]), *_motion(estimate.region, truth, stamp)))
@@ -76,7 +74,7 @@ def _motion(estimate: ContactRegionEstimate | None, truth: dict[int, ContactRegi
     method does not report it, or the object did not touch yet. truth: by the number of the frame."""
     if estimate is None or not np.isfinite(estimate.motion_interval):
         return np.nan, np.nan
-    now, before = truth[round(stamp * _FRAMES)], truth.get(round((stamp - estimate.motion_interval) * _FRAMES))
+    now, before = truth[round(stamp * PAPERS.touchpad_rate)], truth.get(round((stamp - estimate.motion_interval) * PAPERS.touchpad_rate))
     if before is None:
         return np.nan, np.nan
     middle = before.centroid
@@ -104,14 +102,15 @@ def true_positions(bench: Bench) -> Iterator[Detail]:
     """The published tests of the true positions of the dots."""
     found = []
     for tool, _ in TOOLS:
-        scene, published = open_scene(f'normal_{tool}', _FRAMES, bench.seed), PaperRegion(_COLUMNS, _COLUMNS)
+        scene = open_scene(f'normal_{tool}', PAPERS.touchpad_rate, bench.seed)
+        published = PaperRegion(PAPERS.touchpad_columns, PAPERS.touchpad_columns)
         untouched, counts, deepest = None, [], 0.0
         for number in range(scene.frames):
-            true = scene.render(number / _FRAMES).truth
+            true = scene.render(number / PAPERS.touchpad_rate).truth
             untouched = true.dot_xyz if untouched is None else untouched
-            stated = published.process(true.dot_id, true.dot_xyz, untouched, number / _FRAMES).state
+            stated = published.process(true.dot_id, true.dot_xyz, untouched, number / PAPERS.touchpad_rate).state
             if true.contacts:
-                if true.contacts[0].depth < deepest - _SAME_DEPTH:
+                if true.contacts[0].depth < deepest - PAPERS.depth_tolerance:
                     break
                 deepest = true.contacts[0].depth
                 touching, stated_dots = (frozenset(true.dot_id[state > 0].tolist()) for state in (true.dot_state, stated))
@@ -125,10 +124,10 @@ def true_positions(bench: Bench) -> Iterator[Detail]:
 
 def _enclosed(dots: frozenset[int], touching: frozenset[int]) -> list[int]:
     """Those of the dots that have a touching dot to the left, to the right, above and below."""
-    at = [(one // _COLUMNS, one % _COLUMNS) for one in touching]
+    at = [(one // PAPERS.touchpad_columns, one % PAPERS.touchpad_columns) for one in touching]
     found = []
     for one in dots:
-        row, column = divmod(one, _COLUMNS)
+        row, column = divmod(one, PAPERS.touchpad_columns)
         along, across = [c - column for r, c in at if r == row], [r - row for r, c in at if c == column]
         if all(side and min(side) < 0 < max(side) for side in (along, across)):
             found.append(one)
@@ -157,7 +156,7 @@ def _map(cases: list[tuple[str, list[Dots | None]]], figure) -> None:
     axes = figure.subplots(2, len(cases), squeeze=False, sharex=True, sharey=True)
     for column, (name, frames) in enumerate(cases):
         for axis, method, dots in zip(axes[:, column], (PUBLISHED, OURS), frames):
-            axis.scatter(*_printed(range(_COLUMNS**2)), s=2, color='lightgrey')
+            axis.scatter(*_printed(range(PAPERS.touchpad_columns**2)), s=2, color='lightgrey')
             for kind, (label, colour, marker) in zip(() if dots is None else dots.kinds, _KINDS):
                 axis.scatter(*_printed(kind), s=22, color=colour, marker=marker, label=label)
             axis.set(title=f'{name}\n{method}', aspect='equal', xlabel='column of dots', ylabel='row of dots')
@@ -170,4 +169,4 @@ def _map(cases: list[tuple[str, list[Dots | None]]], figure) -> None:
 def _printed(dots) -> tuple[list[int], list[int]]:
     """Columns and rows of dots by their ids."""
     ids = sorted(dots)
-    return [one % _COLUMNS for one in ids], [one // _COLUMNS for one in ids]
+    return [one % PAPERS.touchpad_columns for one in ids], [one // PAPERS.touchpad_columns for one in ids]

@@ -19,12 +19,11 @@ from tactile_driver.simulation.taxel.held import HeldScene, open_held_scene
 
 from ..simulate.bags import write_taxel_scene
 from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped
+from .constants import PAPERS
 from .figures import OURS, PUBLISHED, TRUTH, Curves, Picture, draw_curves
 
-_FRAMES = 50.0  # Hz
 SCENES = ('postures', 'at several postures of the arm'), ('pushed', 'while it is pushed and tilts')
 _SENSOR, _ARRAY, _WORLD, _JOINT = 'force_torque', 'taxel_array', 'world', 'finger'
-_BAR_WIDTH = 0.030  # m, between the fingers
 # The pose of the force/torque sensor {S} in the frame of the array: behind it, and turned. Any other does, too.
 _ORIGIN, _TURN = np.array([0.004, -0.006, -0.038]), np.array([0.2, 0.0, 1.2])  # m; rotation vector, rad
 _COMPONENTS = ('force x', 'N'), ('force y', 'N'), ('force z', 'N'), ('moment x', 'mN m'), ('moment y', 'mN m'), ('moment z', 'mN m')
@@ -35,7 +34,7 @@ _CAUSES = AREA, AREA, AREA, AREA, AREA, TORQUE
 def wrenches(bench: Bench) -> Iterator[Table]:
     """Fig 8: a bar of known weight that two fingers hold, its wrench at the force/torque sensor {S}."""
     for name, what in SCENES:
-        scene = open_held_scene(name, _FRAMES, bench.seed)
+        scene = open_held_scene(name, PAPERS.taxel_rate, bench.seed)
         rows: tuple[list, ...] = [], []
         truth = []
         for stamp, true, estimates in bench.compare(_held(bench, name, scene), *_methods(bench, scene)):
@@ -67,15 +66,15 @@ def _table(name: str, what: str, truth: np.ndarray, methods: list[np.ndarray]) -
 def _methods(bench: Bench, scene: HeldScene) -> list[Method]:
     known = {'object.weight': scene.script.weight, 'object.gravity': [0.0, 0.0, -1.0], 'object.gravity_frame': _WORLD,
              'wrench_frame': _SENSOR}
-    middle = [float(coordinate) for coordinate in (*scene.centre_of_mass, 0.5 * _BAR_WIDTH)]
-    changes = ({'method': 'paper', 'gripper.joint': _JOINT, 'object.width': _BAR_WIDTH},
+    middle = [float(coordinate) for coordinate in (*scene.centre_of_mass, 0.5 * PAPERS.bar_width)]
+    changes = ({'method': 'paper', 'gripper.joint': _JOINT, 'object.width': PAPERS.bar_width},
                {'method': 'mechanics', 'object.centre_of_mass': middle})
     return [(bench.params('taxel_array', change | known), shipped('taxel_array')) for change in changes]
 
 
 def _held(bench: Bench, name: str, scene: HeldScene) -> Path:
     """The bag of a scene, with the pose of the arm on /tf and the position of the gripper on /joint_states before each image."""
-    alone = bench.written(name, lambda bag: write_taxel_scene(bag, name, _FRAMES, bench.seed, scene=scene))
+    alone = bench.written(name, lambda bag: write_taxel_scene(bag, name, PAPERS.taxel_rate, bench.seed, scene=scene))
 
     def write(bag: Path) -> None:
         """Write the bag: the messages of the array alone, and those of the arm."""
@@ -86,7 +85,7 @@ def _held(bench: Bench, name: str, scene: HeldScene) -> Path:
                     moved = TFMessage(transforms=[
                         static_transform(_WORLD, _ARRAY, np.zeros(3), quaternion_of(_upright(scene.gravity(arm))), header.stamp),
                         static_transform(_ARRAY, _SENSOR, _ORIGIN, quaternion_of(_TURN), header.stamp)])
-                    joint = JointState(header=header, name=[_JOINT], position=[_BAR_WIDTH - 2 * arm.depth])
+                    joint = JointState(header=header, name=[_JOINT], position=[PAPERS.bar_width - 2 * arm.depth])
                     for topic, message in (('/tf', moved), ('/joint_states', joint)):
                         kind, data = encode(message)
                         writer.write(topic, kind, raw.stamp_ns - 1, data)
@@ -132,7 +131,7 @@ def moments(bench: Bench) -> Iterator[Detail]:
     """The wrench with the true normal force, and with the true moments about the middle of the contact."""
     found = []
     for name, _ in SCENES:
-        scene, errors = open_held_scene(name, _FRAMES, bench.seed), []
+        scene, errors = open_held_scene(name, PAPERS.taxel_rate, bench.seed), []
         for stamp, true, (papers, _) in bench.compare(_held(bench, name, scene), *_methods(bench, scene)):
             if not (true.contacts and true.wrench is not None and papers.contacts and scene.arm(_time(stamp)).lift == 1):
                 continue
@@ -155,7 +154,7 @@ def areas(bench: Bench) -> Iterator[Detail]:
     """Eq 5 with the true area, depth and stiffness, one after the other."""
     found = []
     for name, _ in SCENES:
-        scene, forces = open_held_scene(name, _FRAMES, bench.seed), []
+        scene, forces = open_held_scene(name, PAPERS.taxel_rate, bench.seed), []
         for stamp, true, (papers, _) in bench.compare(_held(bench, name, scene), *_methods(bench, scene)):
             arm = scene.arm(_time(stamp))
             if true.contacts and true.region is not None and papers.contacts and arm.lift == 1:

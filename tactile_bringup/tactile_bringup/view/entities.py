@@ -16,14 +16,14 @@ from tactile_driver.recordings.serialization import decode, header_stamp_ns
 from tactile_perception.common.surface_points import UNKNOWN
 
 from ..visualization import pictures as colours
+from ..visualization.constants import COLOURS, DRAWING
 from ..visualization.pictures import array_of
+from .constants import VIEW
 
-_WITHIN_95 = 2.796  # square root of the 95 % quantile of chi-square with 3 degrees of freedom
 _JPEG = [cv2.IMWRITE_JPEG_QUALITY, 80]
-_MAX_ARRAY_SIDE = 128  # px; a grey image that is smaller comes from a pressure array, not from a camera
 _DOT = rr.Radius.ui_points(3.0)
 _LINE = rr.Radius.ui_points(2.0)
-_STATE_COLOURS = np.array([*colours.STATE_COLOURS, colours.TEXT])  # by state; the last one: unknown
+_STATE_COLOURS = np.array([*COLOURS.states, COLOURS.text])  # by state; the last one: unknown
 _CONTACT = 64, 112, 224  # also of its label: legible on the light and on the dark theme
 _LEVELS = (rr.TextLogLevel.INFO, rr.TextLogLevel.WARN, rr.TextLogLevel.ERROR, rr.TextLogLevel.ERROR)
 
@@ -106,7 +106,7 @@ class Entities:
 
     def _image(self, topic: str, message, _is_drawn: bool) -> None:
         picture = image_to_array(message)
-        if picture.ndim == 2 and max(picture.shape) <= _MAX_ARRAY_SIDE:
+        if picture.ndim == 2 and max(picture.shape) <= VIEW.max_array_side:
             full = self._largest[topic] = max(self._largest.get(topic, 1.0), float(picture.max()))
             shown = colours.of_depth(picture.ravel() / full).reshape(*picture.shape, 3)
             what = rr.Image((255 * shown).astype(np.uint8), 'RGB')
@@ -155,7 +155,7 @@ class Entities:
             self._draw_dots(space, waiting)
         self._centre[space] = array_of([message.centroid])[0] if message.outlines else np.zeros(3)
         rings = [array_of([*ring.points, ring.points[0]]) for ring in (*message.outlines, *message.holes) if ring.points]
-        shades = [_rgb(colours.REGION)] * len(message.outlines) + [_rgb(colours.HOLE)] * len(message.holes)
+        shades = [_rgb(COLOURS.region)] * len(message.outlines) + [_rgb(COLOURS.hole)] * len(message.holes)
         self._draw(topic, message.header.frame_id, rr.LineStrips3D(rings, colors=shades[:len(rings)], radii=_LINE))
 
     def _contacts(self, topic: str, message, is_drawn: bool) -> None:
@@ -174,14 +174,14 @@ class Entities:
         known = [k for k, axis in enumerate(axes) if axis is not None]
         self._draw(topic + '/covariance', frame, rr.Ellipsoids3D(
             centers=positions[known], half_sizes=np.reshape([axes[k][0] for k in known], (-1, 3)),
-            quaternions=np.reshape([axes[k][1] for k in known], (-1, 4)), colors=[(*_rgb(colours.REGION), 120)] * len(known)))
+            quaternions=np.reshape([axes[k][1] for k in known], (-1, 4)), colors=[(*_rgb(COLOURS.region), 120)] * len(known)))
 
     def _wrench(self, topic: str, message, is_drawn: bool) -> None:
         force, torque = array_of([message.wrench.force, message.wrench.torque])
         self._plot(topic + '/force', force)
         if not is_drawn:
             return
-        for name, vector, colour in (('arrow', force, colours.FORCE), ('torque', torque, colours.TORQUE)):
+        for name, vector, colour in (('arrow', force, COLOURS.force), ('torque', torque, COLOURS.torque)):
             arrow = self._scaled(f'{topic}_{name}', np.nan_to_num(vector))
             origin = self._centre.get(namespace_of(topic), np.zeros(3)) - arrow if name == 'arrow' else np.zeros(3)
             self._draw(f'{topic}/{name}', message.header.frame_id, rr.Arrows3D(
@@ -199,7 +199,7 @@ class Entities:
         largest = self._largest[topic] = max(self._largest.get(topic, 1e-9), float(np.linalg.norm(flow[known], axis=1).max(initial=0.0)))
         self._draw(topic, message.header.frame_id, rr.Arrows3D(
             origins=starts[known], vectors=0.3 * self._half.get(namespace_of(topic), 0.02) * flow[known] / largest,
-            colors=_rgb(colours.ARROW), radii=rr.Radius.ui_points(1.0)))
+            colors=_rgb(COLOURS.arrow), radii=rr.Radius.ui_points(1.0)))
 
     def _voltages(self, topic: str, message, is_drawn: bool) -> None:
         if is_drawn:
@@ -232,7 +232,7 @@ def _ellipsoid(covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     from scipy.spatial.transform import Rotation
     variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
     axes[:, 0] *= np.sign(np.linalg.det(axes))
-    return _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)), Rotation.from_matrix(axes).as_quat()
+    return DRAWING.sigmas_95 * np.sqrt(np.maximum(variances, 0.0)), Rotation.from_matrix(axes).as_quat()
 
 
 _KINDS: dict[str, Callable] = {

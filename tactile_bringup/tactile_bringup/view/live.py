@@ -14,11 +14,9 @@ from rosidl_runtime_py.utilities import get_message
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.recordings.reader import RawMessage
 
+from .constants import VIEW
 from .topics import COMMON, sensor_topics
 
-_QUEUE = 5  # messages of a topic that wait; older ones are dropped
-_LOOK_S = 1.0
-_PATIENCE_S = 5.0  # longest wait for results before raw data are subscribed to
 _RAW = 'Image', 'PsdVoltages'
 _DRAWN = 'image_annotated'  # left out: the dots are drawn over image_raw, and the sensor is spared the work
 
@@ -45,7 +43,7 @@ class ViewNode(Node):
         self._reporting: set[str] = set()  # namespaces with results
         for topic, kind in COMMON.items():
             self._subscribe(topic, kind)
-        self.create_timer(_LOOK_S, self._look)
+        self.create_timer(VIEW.topic_check_s, self._look)
 
     def _look(self) -> None:
         """Subscribe to what is new. A played recording starts with its first subscriber: that must be the node that computes results."""
@@ -56,14 +54,15 @@ class ViewNode(Node):
             self._begin(sensors)
         for space, topics in sensors.items():
             since = self._since.setdefault(space, time.monotonic())
-            is_working = space in self._reporting or time.monotonic() - since > _PATIENCE_S
+            is_working = space in self._reporting or time.monotonic() - since > VIEW.max_wait_s
             for topic, kind in topics.items():
                 if topic not in self._subscribed and (is_working or not kind.endswith(_RAW)):
                     self._subscribe(topic, kind)
 
     def _subscribe(self, topic: str, kind: str) -> None:
         self._subscribed.add(topic)
-        qos = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL) if topic == '/tf_static' else QoSProfile(depth=_QUEUE)
+        static = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        qos = static if topic == '/tf_static' else QoSProfile(depth=VIEW.waiting_messages)
         AdaptiveSubscription(self, get_message(kind), topic, partial(self._pass, topic, kind), qos, raw=True)
 
     def _pass(self, topic: str, kind: str, data: bytes, _received_ns: int) -> None:

@@ -3,6 +3,7 @@
 """Parameters of dot_tracker_node, tuned by what one sees: candidates and mask over the image, and a file of what was set."""
 from __future__ import annotations
 
+import math
 import time
 from functools import partial
 from pathlib import Path
@@ -25,9 +26,9 @@ from tactile_perception.dots.detect import POLARITIES
 from tactile_perception.dots.parameters import TUNED
 from tactile_perception.dots.tracker import Mask
 
+from .constants import VIEW
+
 _TRACKER = 'dot_tracker_node'
-_LOOK_S = 1.0  # between two searches for nodes
-_EVERY_S = 0.5  # between two images whose candidates are drawn: those of 640 x 480 px cost 22 ms of a core
 _COLOURS = {1: (255, 160, 0), -1: (0, 200, 255)}  # of bright and of dark candidates
 _MASK = (255, 0, 255)
 
@@ -52,7 +53,7 @@ class Tuning:
     def follow(self, node: Node) -> None:
         """Find the trackers, and what is set on them, by a node that is spun."""
         node.create_subscription(ParameterEvent, '/parameter_events', self._take_event, 100)
-        node.create_timer(_LOOK_S, partial(self._look, node))
+        node.create_timer(VIEW.node_check_s, partial(self._look, node))
 
     def _look(self, node: Node) -> None:
         for name, space in node.get_node_names_and_namespaces():
@@ -79,7 +80,8 @@ class Tuning:
     def take(self, message: RawMessage) -> None:
         """Draw candidates and mask over an image of a tracker's namespace."""
         values = self._values.get(message.topic.rpartition('/')[0])
-        if not values or not message.type_name.endswith('Image') or time.monotonic() - self._drawn_s.get(message.topic, -1e9) < _EVERY_S:
+        drawn_s = self._drawn_s.get(message.topic, -math.inf)
+        if not values or not message.type_name.endswith('Image') or time.monotonic() - drawn_s < VIEW.candidates_s:
             return
         self._drawn_s[message.topic] = time.monotonic()
         try:

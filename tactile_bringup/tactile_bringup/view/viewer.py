@@ -20,9 +20,9 @@ from urllib.parse import quote
 
 import rerun as rr
 
-_GRPC_PORT, _WEB_PORT = 9876, 9090
+from .constants import VIEW
+
 _FOREIGN_LINK = re.compile(rb'<link[^>]*https?://[^>]*>')
-_LAST_DATA_S = 1.0  # for the last data to reach a viewer that ends: Ctrl-C is answered at once
 _MEMORY = '1GB'  # beyond it the viewer forgets what is oldest
 
 
@@ -56,7 +56,7 @@ class Viewer:
     """
 
     def __init__(self, web: bool, address: str):
-        self._web, self._address, self._port = web, address, _free_port(_GRPC_PORT)
+        self._web, self._address, self._port = web, address, _free_port(VIEW.grpc_port)
         self.stream = rr.RecordingStream('tactile')
 
     def __enter__(self) -> Viewer:
@@ -84,7 +84,7 @@ class Viewer:
             self._page.shutdown()
         sent = threading.Thread(target=self.stream.disconnect, daemon=True)  # sends what waits; a viewer that hangs takes nothing
         sent.start()
-        sent.join(_LAST_DATA_S)
+        sent.join(VIEW.last_data_s)
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)  # rerun itself is a child of Python's script of that name
         self._process.wait()
@@ -119,7 +119,7 @@ def _serve_page(address: str, inner: int, port: int) -> ThreadingHTTPServer:
         def log_message(self, *_args) -> None:
             """Say nothing."""
 
-    page = ThreadingHTTPServer((address, _free_port(_WEB_PORT)), _Page)
+    page = ThreadingHTTPServer((address, _free_port(VIEW.web_port)), _Page)
     threading.Thread(target=page.serve_forever, daemon=True).start()
     own, recording = page.server_address[1], quote(f'rerun+http://localhost:{port}/proxy', safe='')
     print(f'view: open http://localhost:{own}/?url={recording} in a browser; from another computer first '

@@ -18,26 +18,12 @@ from tactile_msgs.msg import ContactRegion, Contacts, Slip
 from tactile_perception.common.geometry import Cap
 
 from . import pictures as colours
+from .constants import COLOURS, DRAWING
 from .pictures import array_of, states_of, touch_words
 
-#: RViz removes markers this many seconds after the last data.
-STALE_S = 2.0
-_LIFETIME = Duration(seconds=STALE_S).to_msg()
-_SIGMAS_95 = 2.796  # square root of the 95 % quantile of chi-squared with 3 degrees of freedom (7.815)
-_MIN_DIAMETER = 1e-5  # m; RViz warns about a scale of zero
-_OUTLINE_HEIGHT = 2e-4  # m over the surface, which would otherwise hide the outlines
-_LETTER_SHARE = 0.13  # letter height over the sensor's half width: at least 16 px in the shipped views
-_MIN_HALF = 16  # minimum of the half width over the dot size: that of the touchpad, whose view smaller sensors share
-_LINE_PITCH = 1.7  # letter heights between lines, each of which is a marker: RViz adds 10 mm between the lines of one marker
-_WARNING, _HAND_WARNING = (36, 2), (20, 1)  # letters in a line and number of lines of a warning; /diagnostics has the whole text
-_HAND_GAP = 4.5  # letter heights from the edge of a sensor of a hand to the middle of its text, which has up to three lines
-_WARNING_HEIGHT = 0.7, 1.2  # height of a warning over the sensor's half width and over its height, above the normal arrows
-_SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
-_MAX_ARROWS = 200  # slip velocities that are drawn
-_TONES = 64  # steps of the cells' colours, finer than the eye resolves
-_MIN_VALUE = 0.025  # of the full value; a smaller one is drawn as untouched
+_LIFETIME = Duration(seconds=DRAWING.marker_s).to_msg()
+_SLIP_COLOURS = {Slip.NONE: COLOURS.text, Slip.INCIPIENT: COLOURS.region, Slip.GROSS: COLOURS.states[2]}
 _TWO_TRIANGLES = 0.5 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, -1, 0), (1, 1, 0), (-1, 1, 0)])  # a square of width 1
-_LAYER = 1e-4  # m from the outlines down to the cells, and from the cells to the plate
 
 
 def _colour(rgb: Sequence[float], opacity: float = 1.0) -> ColorRGBA:
@@ -45,7 +31,7 @@ def _colour(rgb: Sequence[float], opacity: float = 1.0) -> ColorRGBA:
     return ColorRGBA(r=rgb[0], g=rgb[1], b=rgb[2], a=opacity)
 
 
-_STATES = [_colour(rgb) for rgb in colours.STATE_COLOURS]
+_STATES = [_colour(rgb) for rgb in COLOURS.states]
 
 
 def _known(vector) -> np.ndarray:
@@ -70,7 +56,7 @@ class MarkerSet:
     """Makes the markers of each frame. Subclasses draw the surface of their sensor.
 
     Each array first deletes all markers, so that arrays that were lost do not matter; RViz draws an array in one step.
-    RViz removes markers STALE_S after the last array.
+    RViz removes markers DRAWING.marker_s after the last array.
 
     Parameters
     ----------
@@ -122,17 +108,17 @@ class MarkerSet:
 
     def _all(self) -> MarkerArray:
         if self.warning:
-            letters, lines = _HAND_WARNING if self._in_hand else _WARNING
+            letters, lines = DRAWING.hand_warning_size if self._in_hand else DRAWING.warning_size
             lines = textwrap.wrap(self.warning, letters, max_lines=lines, placeholder=' ...')
-            height = np.max(np.multiply(_WARNING_HEIGHT, (self._half.max(), self._seen[2])))
+            height = np.max(np.multiply(DRAWING.warning_height, (self._half.max(), self._seen[2])))
             above = np.array([*-self._half, height]) - self._line_step * (len(lines) - 1)
-            self._text('warning', lines, self._text_position() + 2 * self._line_step if self._in_hand else above, colours.REGION)
+            self._text('warning', lines, self._text_position() + 2 * self._line_step if self._in_hand else above, COLOURS.region)
         return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
 
     @property
     def _half(self) -> np.ndarray:
         """Half widths (2,), m, of the sensor, which determine the positions of texts."""
-        return np.maximum(self._seen[:2], _MIN_HALF * self._size)
+        return np.maximum(self._seen[:2], DRAWING.min_half_width * self._size)
 
     @property
     def _in_hand(self) -> bool:
@@ -149,19 +135,19 @@ class MarkerSet:
     @property
     def _letter_height(self) -> float:
         """m."""
-        return self._sizes['text.height'] or _LETTER_SHARE * float(self._half.max())
+        return self._sizes['text.height'] or DRAWING.letter_share * float(self._half.max())
 
     @property
     def _line_step(self) -> np.ndarray:
         """(3,), m, from one line to the next."""
-        return -_LINE_PITCH * self._letter_height * np.array(self._sizes['text.up'], float)
+        return -DRAWING.line_pitch * self._letter_height * np.array(self._sizes['text.up'], float)
 
     def _text_position(self) -> np.ndarray:
         """Position (3,), m, of the middle of the text's first line, beside the sensor on its side text.side."""
         side = np.array(self._sizes['text.side'], float)
         edge = side * [*self._half, self._half.max()]
         if self._in_hand:  # three lines must not overlap the sensor
-            return edge + _HAND_GAP * self._letter_height * side - self._line_step
+            return edge + DRAWING.hand_text_gap * self._letter_height * side - self._line_step
         return edge + self._line_step
 
     def _text(self, ns: str, lines: Sequence[str], first: np.ndarray, colour: Sequence[float]) -> None:
@@ -182,11 +168,11 @@ class MarkerSet:
         return marker
 
     def _outline(self, region: ContactRegion) -> None:
-        for ns, rings, colour in (('outlines', region.outlines, colours.REGION), ('holes', region.holes, colours.HOLE)):
+        for ns, rings, colour in (('outlines', region.outlines, COLOURS.region), ('holes', region.holes, COLOURS.hole)):
             rings = [array_of(polygon.points) for polygon in rings]
             if rings:
                 ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
-                ends = np.concatenate(ends) + (0.0, 0.0, _OUTLINE_HEIGHT)
+                ends = np.concatenate(ends) + (0.0, 0.0, DRAWING.outline_height)
                 self._add(ns, Marker.LINE_LIST, (0.5 * self._size, 0.0, 0.0), _colour(colour), ends)
 
     def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: Sequence[float]) -> None:
@@ -199,7 +185,7 @@ class MarkerSet:
         for contact in contacts:
             position, normal = array_of([contact.position, contact.normal])
             foot = self._foot(position, region)
-            self._arrow('normals', contact.id, np.stack([foot, foot + self._sizes['normal_length'] * normal]), colours.CONTACT)
+            self._arrow('normals', contact.id, np.stack([foot, foot + self._sizes['normal_length'] * normal]), COLOURS.contact)
             self._covariance(contact.id, position, np.asarray(contact.position_covariance).reshape(3, 3))
 
     def _foot(self, position: np.ndarray, _region: ContactRegion) -> np.ndarray:
@@ -213,8 +199,8 @@ class MarkerSet:
         from scipy.spatial.transform import Rotation  # imported only when markers are drawn
         variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
         axes[:, 0] *= np.sign(np.linalg.det(axes))
-        diameters = 2 * _SIGMAS_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_MIN_DIAMETER)
-        marker = self._add('covariances', Marker.SPHERE, diameters.tolist(), _colour(colours.CONTACT, 0.5), number=number,
+        diameters = 2 * DRAWING.sigmas_95 * np.sqrt(np.maximum(variances, 0.0)).clip(DRAWING.min_diameter)
+        marker = self._add('covariances', Marker.SPHERE, diameters.tolist(), _colour(COLOURS.contact, 0.5), number=number,
                            position=position.tolist())
         marker.pose.orientation = Quaternion(**dict(zip('xyzw', Rotation.from_matrix(axes).as_quat().tolist())))
 
@@ -226,8 +212,8 @@ class MarkerSet:
         force, torque = self._scaled(_known(wrench.force), 'full_force'), self._scaled(_known(wrench.torque), 'full_torque')
         direction = -force / max(float(np.linalg.norm(force)), 1e-12)
         tip = array_of([region.centroid])[0] + self._sizes['normal_length'] * direction
-        self._arrow('force', 0, np.stack([tip - force, tip]), colours.FORCE)
-        self._arrow('torque', 0, np.stack([np.zeros(3), torque]), colours.TORQUE)
+        self._arrow('force', 0, np.stack([tip - force, tip]), COLOURS.force)
+        self._arrow('torque', 0, np.stack([np.zeros(3), torque]), COLOURS.torque)
 
     def _scaled(self, vector: np.ndarray, full: str) -> np.ndarray:
         """Arrow (3,), m, of a vector (3,): force_length long at the magnitude of the parameter full, proportional below, constant above."""
@@ -309,11 +295,11 @@ class ForceMarkers(MarkerSet):
         full = self._sizes['full_taxel_force']
         marker = self._add('taxels', Marker.SPHERE_LIST, [self._size] * 3, _STATES[0], positions)
         marker.colors = [_colour(rgb) for rgb in colours.of_depth(np.nan_to_num(pressed) / full).tolist()]
-        shown = np.flatnonzero((np.abs(forces) > _MIN_VALUE * full).any(axis=1))
+        shown = np.flatnonzero((np.abs(forces) > DRAWING.min_value * full).any(axis=1))
         if len(shown):
             # A line ends on the surface, as if the object pushed with it.
             ends = np.stack([positions[shown] - forces[shown] * (self._sizes['force_length'] / full), positions[shown]], axis=1)
-            self._add('forces', Marker.LINE_LIST, (0.3 * self._size, 0.0, 0.0), _colour(colours.ARROW), ends.reshape(-1, 3))
+            self._add('forces', Marker.LINE_LIST, (0.3 * self._size, 0.0, 0.0), _colour(COLOURS.arrow), ends.reshape(-1, 3))
         return np.append(np.abs(positions[:, :2]).max(axis=0, initial=0.0), max(positions[:, 2].max(initial=0.0), 0.0))
 
 
@@ -325,7 +311,7 @@ class FingerMarkers(MarkerSet):
 
     def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
         radius = self._sizes['radius']
-        self._add('finger', Marker.SPHERE_LIST, [2 * radius] * 3, _colour(colours.GLASS, 0.4), np.zeros((1, 3)))  # SPHERE is a coarse mesh
+        self._add('finger', Marker.SPHERE_LIST, [2 * radius] * 3, _colour(COLOURS.glass, 0.4), np.zeros((1, 3)))  # SPHERE is a coarse mesh
         positions = array_of(contact.position for contact in found['contacts'].contacts)
         positions = positions[np.isfinite(positions).all(axis=1)]
         if len(positions):
@@ -338,13 +324,13 @@ class TaxelMarkers(MarkerSet):
 
     def __init__(self, sizes: Mapping):
         super().__init__(sizes, sizes['pitch'])
-        self._tones = [_colour(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
+        self._tones = [_colour(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, DRAWING.tones)).tolist()]
 
     def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
         if region.outlines and np.isfinite(region.orientation):
             x, y = np.cos(region.orientation), np.sin(region.orientation)
             halves = 0.5 * np.array([[region.major_axis * x, region.major_axis * y, 0], [-region.minor_axis * y, region.minor_axis * x, 0]])
-            self._add('axes', Marker.LINE_LIST, (0.5 * self._size, 0.0, 0.0), _colour(colours.CONTACT),
+            self._add('axes', Marker.LINE_LIST, (0.5 * self._size, 0.0, 0.0), _colour(COLOURS.contact),
                       array_of([region.centroid]) + np.repeat(halves, 2, axis=0) * [[-1], [1], [-1], [1]])
         if region.outlines and 'slip' in found:
             self._flow(found['slip'])
@@ -354,16 +340,16 @@ class TaxelMarkers(MarkerSet):
         """Draw the array as a plate and each pressed taxel as a square on it, below the outlines; return half widths and height (3,), m."""
         values = grey_to_array(image, 'taxel image').astype(np.float32)
         full, pitch, (rows, columns) = self._sizes['full_value'], self._size, values.shape
-        corners = _TWO_TRIANGLES * [columns * pitch, rows * pitch, 0.0] - [0.0, 0.0, 2 * _LAYER]
+        corners = _TWO_TRIANGLES * [columns * pitch, rows * pitch, 0.0] - [0.0, 0.0, 2 * DRAWING.layer]
         plate = self._add('plate', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), self._tones[0], corners)
         plate.colors = [self._tones[0]] * len(corners)  # RViz shades a list whose corners have no colours
-        row, column = np.nonzero(values > _MIN_VALUE * full)
+        row, column = np.nonzero(values > DRAWING.min_value * full)
         if len(row):
             x, y = (column - 0.5 * (columns - 1)) * pitch, (row - 0.5 * (rows - 1)) * pitch
-            positions = np.column_stack([x, y, np.full(len(row), -_LAYER)])
-            tone = np.clip(np.round((_TONES - 1) * values[row, column] / full), 0, _TONES - 1).astype(int)
+            positions = np.column_stack([x, y, np.full(len(row), -DRAWING.layer)])
+            tone = np.clip(np.round((DRAWING.tones - 1) * values[row, column] / full), 0, DRAWING.tones - 1).astype(int)
             corners = (positions[:, None] + pitch * _TWO_TRIANGLES).reshape(-1, 3)
-            cells = self._add('cells', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
+            cells = self._add('cells', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(COLOURS.text), corners)
             cells.colors = [self._tones[k] for k in np.repeat(tone, len(_TWO_TRIANGLES)).tolist()]
         return 0.5 * pitch * np.array([columns, rows, 0])
 
@@ -371,7 +357,7 @@ class TaxelMarkers(MarkerSet):
         """Draw the slip velocity at each slipping point as a line."""
         start, velocity = (np.column_stack([x, y, np.zeros(len(x))]).astype(float) for x, y in ((slip.x, slip.y), (slip.vx, slip.vy)))
         known = np.flatnonzero(np.isfinite(velocity).all(axis=1))
-        known = known[::1 + len(known) // _MAX_ARROWS]
+        known = known[::1 + len(known) // DRAWING.max_velocity_arrows]
         if len(known):
             ends = np.stack([start[known], start[known] + self._sizes['flow_scale'] * velocity[known]], axis=1).reshape(-1, 3)
-            self._add('flow', Marker.LINE_LIST, (0.15 * self._size, 0.0, 0.0), _colour(colours.ARROW), ends)
+            self._add('flow', Marker.LINE_LIST, (0.15 * self._size, 0.0, 0.0), _colour(COLOURS.arrow), ends)

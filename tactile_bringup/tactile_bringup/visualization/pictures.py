@@ -15,18 +15,10 @@ from tactile_driver.stitching.calibration import Stitching
 from tactile_msgs.msg import ContactRegion, DotTracks, Slip
 from tactile_perception.common.camera import CameraModel
 
-#: Colours (r, g, b), 0 to 1, by dot state: untouched, sticking, slipping (the constants of ContactRegion).
-STATE_COLOURS = ((0.45, 0.62, 0.80), (0.20, 0.85, 0.35), (1.00, 0.15, 0.90))
-REGION = (1.00, 0.82, 0.10)
-HOLE = (0.30, 0.90, 1.00)
-CONTACT = (1.00, 1.00, 1.00)
-ARROW = (1.00, 1.00, 0.35)
-FORCE = (1.00, 0.55, 0.10)
-TORQUE = (0.60, 0.40, 1.00)
-TEXT = (1.00, 1.00, 1.00)
-GLASS = (0.80, 0.86, 0.92)  # the hemisphere of a finger
+from .constants import COLOURS, DRAWING
+
 #: Colour scale from untouched to full depth.
-_DEPTH_COLOURS = np.array([STATE_COLOURS[0], (0.25, 0.80, 0.60), (0.95, 0.85, 0.20), (1.00, 0.35, 0.10)])
+_DEPTH_COLOURS = np.array([COLOURS.states[0], (0.25, 0.80, 0.60), (0.95, 0.85, 0.20), (1.00, 0.35, 0.10)])
 
 
 def of_depth(share: np.ndarray) -> np.ndarray:
@@ -129,12 +121,12 @@ def camera_info_key(message: CameraInfo) -> tuple:
     return tuple(message.k), tuple(message.d)
 
 
-CAMERA_LEGEND = (*zip(('untouched', 'sticking', 'slipping'), STATE_COLOURS), ('displacement', ARROW), ('region', REGION),
-                 ('contact', CONTACT))
-ARRAY_LEGEND = (('untouched', STATE_COLOURS[0]), ('full', _DEPTH_COLOURS[-1]), ('region', REGION), ('contact', CONTACT),
-                ('slip', STATE_COLOURS[2]))
-SURFACE_LEGEND = (('region', REGION), ('contact', CONTACT))
-FINGER_LEGEND = (('contact', CONTACT),)
+CAMERA_LEGEND = (*zip(('untouched', 'sticking', 'slipping'), COLOURS.states), ('displacement', COLOURS.arrow), ('region', COLOURS.region),
+                 ('contact', COLOURS.contact))
+ARRAY_LEGEND = (('untouched', COLOURS.states[0]), ('full', _DEPTH_COLOURS[-1]), ('region', COLOURS.region), ('contact', COLOURS.contact),
+                ('slip', COLOURS.states[2]))
+SURFACE_LEGEND = (('region', COLOURS.region), ('contact', COLOURS.contact))
+FINGER_LEGEND = (('contact', COLOURS.contact),)
 
 
 @dataclass
@@ -222,7 +214,7 @@ def taxels_picture(positions: np.ndarray, forces: np.ndarray, pressed: np.ndarra
     ends = project(positions + np.nan_to_num(forces) * (pitch / full))
     for at, end, colour in zip(np.rint(project(positions)).astype(int).tolist(), np.rint(ends).astype(int).tolist(), shown):
         cv2.circle(image, at, radius, bgr(colour), -1, cv2.LINE_AA)
-        cv2.line(image, at, end, bgr(ARROW), max(radius // 8, 1), cv2.LINE_AA)
+        cv2.line(image, at, end, bgr(COLOURS.arrow), max(radius // 8, 1), cv2.LINE_AA)
     return image, project
 
 
@@ -232,31 +224,25 @@ def finger_picture(found: Mapping) -> np.ndarray:
     picture = np.full((2 * middle, 2 * middle, 3), 32, np.uint8)
     for degrees, part in ((30, 0.4), (60, 0.4), (90, 1.0)):
         ring = round(radius * np.sin(np.radians(degrees)))
-        cv2.circle(picture, (middle, middle), ring, bgr(part * np.array(GLASS)), 1, cv2.LINE_AA)
+        cv2.circle(picture, (middle, middle), ring, bgr(part * np.array(COLOURS.glass)), 1, cv2.LINE_AA)
     positions = array_of(contact.normal for contact in found['contacts'].contacts)[:, :2]
     return annotate(picture, Annotation(contacts=middle + radius * positions, text=lines_of(found), legend=FINGER_LEGEND))
 
 
 _SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
-_MIN_ARROW = 1.2  # px of the picture; shorter arrows show mostly noise
-_HEAD = 0.35  # length of the head over that of the arrow
-_FONT_SCALE = 0.6  # letters are 13 px high
-_MAX_BORDERED = 200  # arrows: up to this number each has a dark border
-_GAP = 2.0  # px between a dot and its ring
 _CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-PANEL = 600  # px: width at which RViz shows the picture; what is drawn is legible there
 
 
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
     """Draw an annotation over an image (H, W) or (H, W, 3) uint8; return a BGR picture (k H + t, k W, 3) uint8.
 
-    k is the smallest integer that makes the picture PANEL px wide, limited to a height of 2 PANEL. Text and legend, t px high, are below
-    the image. Text and line widths grow with pictures wider than 640 px, because viewers shrink those; a line of text is at most a
-    quarter of the image high.
+    k is the smallest integer that makes the picture as wide as the panel of RViz, limited to twice its height. Text and legend, t px high,
+    are below the image. Text and line widths grow with pictures wider than 640 px, because viewers shrink those; a line of text is at most
+    a quarter of the image high.
     """
     height, width = image.shape[:2]
-    scale = max(1, min(-(-PANEL // width), 2 * PANEL // height))
+    scale = max(1, min(-(-DRAWING.panel_width // width), 2 * DRAWING.panel_width // height))
     thick = max(1.0, scale * min(width / 640, height / (4 * 26)))
     picture = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
     if scale > 1:
@@ -269,7 +255,8 @@ def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
     _draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes], thick)
     uv = placed(what.uv)
     _draw_arrows(picture, uv - what.duv * scale, uv, thick)
-    _draw_dots(picture, uv, what.state, scale * what.radius + _GAP, thick)  # drawn over the arrows, so that the state stays visible
+    # over the arrows, so that the state stays visible
+    _draw_dots(picture, uv, what.state, scale * what.radius + DRAWING.ring_gap, thick)
     _draw_numbers(picture, what, uv, thick)
     _draw_contacts(picture, placed(what.contacts), thick)
     return np.vstack([picture, *([_text_bar(what.text, picture.shape[1], thick)] if what.text else []),
@@ -290,16 +277,16 @@ def _draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np
     part = picture[y0:y1, x0:x1]
     if part.size:
         veiled = part.copy()
-        cv2.fillPoly(veiled, [_fixed(points - (x0, y0)) for points in outlines + holes], bgr(REGION), shift=_SHIFT)
+        cv2.fillPoly(veiled, [_fixed(points - (x0, y0)) for points in outlines + holes], bgr(COLOURS.region), shift=_SHIFT)
         cv2.addWeighted(veiled, 0.22, part, 0.78, 0.0, dst=part)
-    for rings, colour in ((outlines, REGION), (holes, HOLE)):
+    for rings, colour in ((outlines, COLOURS.region), (holes, COLOURS.hole)):
         cv2.polylines(picture, [_fixed(points) for points in rings], True, bgr(colour), round(2 * thick), cv2.LINE_AA, _SHIFT)
 
 
 def _draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: float, thick: float) -> None:
     """Draw a ring of radius px around each dot at uv (N, 2), coloured by state (N,); rings of touched dots are thicker."""
     rings, state = _fixed(uv[:, None] + radius * _CORNERS), np.maximum(state, 0)
-    for value, colour in enumerate(STATE_COLOURS):
+    for value, colour in enumerate(COLOURS.states):
         width, kind = (round(2 * thick), cv2.LINE_AA) if value else (round(thick), cv2.LINE_8)
         cv2.polylines(picture, list(rings[state == value]), True, bgr(colour), width, kind, _SHIFT)
 
@@ -308,14 +295,14 @@ def _draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray, thick:
     """Draw arrows from start to end (N, 2) px; skip those with a NaN and those too short to see."""
     along = end - start
     length = np.hypot(along[:, 0], along[:, 1])
-    is_drawn = length > _MIN_ARROW  # false for NaN
+    is_drawn = length > DRAWING.min_arrow  # false for NaN
     start, end, along = start[is_drawn], end[is_drawn], along[is_drawn]
-    size = np.minimum(_HEAD * length[is_drawn], 5.0 * thick) / length[is_drawn]
+    size = np.minimum(DRAWING.arrow_head * length[is_drawn], 5.0 * thick) / length[is_drawn]
     back, side = along * size[:, None], np.stack([-along[:, 1], along[:, 0]], axis=1) * (0.6 * size[:, None])
     strokes = list(_fixed(np.stack([start, end, end - back + side, end, end - back - side], axis=1)))
-    if len(start) <= _MAX_BORDERED:
+    if len(start) <= DRAWING.max_bordered_arrows:
         cv2.polylines(picture, strokes, False, (0, 0, 0), round(3 * thick), cv2.LINE_8, _SHIFT)
-    cv2.polylines(picture, strokes, False, bgr(ARROW), round(thick), cv2.LINE_AA, _SHIFT)
+    cv2.polylines(picture, strokes, False, bgr(COLOURS.arrow), round(thick), cv2.LINE_AA, _SHIFT)
 
 
 def _draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: float) -> None:
@@ -328,7 +315,7 @@ def _draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: 
     for k in np.nonzero((row % step == middle) & (column % step == middle))[0]:
         corner, text = (round(uv[k, 0]) + 5, round(uv[k, 1]) - 5), f'{row[k]}.{column[k]}'
         cv2.putText(picture, text, corner, _FONT, 0.45 * thick, (0, 0, 0), round(3 * thick), cv2.LINE_8)
-        cv2.putText(picture, text, corner, _FONT, 0.45 * thick, bgr(TEXT), round(thick), cv2.LINE_AA)
+        cv2.putText(picture, text, corner, _FONT, 0.45 * thick, bgr(COLOURS.text), round(thick), cv2.LINE_AA)
 
 
 def _draw_contacts(picture: np.ndarray, positions: np.ndarray, thick: float) -> None:
@@ -336,28 +323,30 @@ def _draw_contacts(picture: np.ndarray, positions: np.ndarray, thick: float) -> 
     for u, v in positions[np.isfinite(positions).all(axis=1)]:
         centre = round(u), round(v)
         cv2.circle(picture, centre, round(9 * thick), (0, 0, 0), round(4 * thick), cv2.LINE_AA)
-        cv2.circle(picture, centre, round(9 * thick), bgr(CONTACT), round(2 * thick), cv2.LINE_AA)
-        cv2.drawMarker(picture, centre, bgr(CONTACT), cv2.MARKER_CROSS, round(26 * thick), round(2 * thick))
+        cv2.circle(picture, centre, round(9 * thick), bgr(COLOURS.contact), round(2 * thick), cv2.LINE_AA)
+        cv2.drawMarker(picture, centre, bgr(COLOURS.contact), cv2.MARKER_CROSS, round(26 * thick), round(2 * thick))
 
 
 def _text_bar(lines: list[str], width: int, thick: float) -> np.ndarray:
     """Lines of text on a dark bar (thick * (20 px per line + 6 px), width, 3) uint8; a line that is too long gets smaller letters."""
     bar = np.full((round(thick * (20 * len(lines) + 6)), width, 3), 24, np.uint8)
     for k, line in enumerate(lines):
-        size = _FONT_SCALE * thick * min(1.0, (width - 16 * thick) / max(1, cv2.getTextSize(line, _FONT, _FONT_SCALE * thick, 1)[0][0]))
-        cv2.putText(bar, line, (round(8 * thick), round(thick * (18 + 20 * k))), _FONT, size, bgr(TEXT), round(thick), cv2.LINE_AA)
+        size = DRAWING.font_scale * thick
+        size *= min(1.0, (width - 16 * thick) / max(1, cv2.getTextSize(line, _FONT, size, 1)[0][0]))
+        cv2.putText(bar, line, (round(8 * thick), round(thick * (18 + 20 * k))), _FONT, size, bgr(COLOURS.text), round(thick), cv2.LINE_AA)
     return bar
 
 
 def _legend_bar(entries: Sequence[tuple[str, Sequence[float]]], width: int, thick: float) -> np.ndarray:
     """Names, each after a square of its colour, on a dark bar (26 * thick, width, 3) uint8; smaller where they are too long."""
     bar = np.full((round(26 * thick), width, 3), 24, np.uint8)
-    lengths = [cv2.getTextSize(name, _FONT, _FONT_SCALE * thick, 1)[0][0] + 36 * thick for name, _ in entries]  # px, with square and gaps
+    size = DRAWING.font_scale * thick
+    lengths = [cv2.getTextSize(name, _FONT, size, 1)[0][0] + 36 * thick for name, _ in entries]  # px, with square and gaps
     scale, left = min(1.0, (width - 8 * thick) / sum(lengths)), 8 * thick
     for (name, colour), length in zip(entries, lengths):
         top, side = round(13 * thick - 6 * thick * scale), 12 * thick * scale
         cv2.rectangle(bar, (round(left), top), (round(left + side), round(top + side)), bgr(colour), -1)
         corner = round(left + 1.5 * side), round(top + side)
-        cv2.putText(bar, name, corner, _FONT, _FONT_SCALE * thick * scale, bgr(TEXT), round(thick), cv2.LINE_AA)
+        cv2.putText(bar, name, corner, _FONT, DRAWING.font_scale * thick * scale, bgr(COLOURS.text), round(thick), cv2.LINE_AA)
         left += length * scale
     return bar

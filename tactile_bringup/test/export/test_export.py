@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -16,6 +17,7 @@ from std_msgs.msg import Bool, String
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, InteractiveMarkerInit, Marker
 
 from tactile_bringup.export import command
+from tactile_bringup.export.constants import EXPORT
 from tactile_bringup.export.fields import fields_of
 from tactile_bringup.export.store import Columns
 from tactile_driver.recordings.serialization import encode
@@ -117,7 +119,7 @@ def test_entries_of_unequal_number_are_padded_with_a_mask_alike_in_both_formats(
 def test_columns_grow_whatever_is_written_at_a_time(h5py, tmp_path, bag, monkeypatch):
     whole, small = tmp_path / 'whole.h5', tmp_path / 'small.h5'
     run(bag, '--to', 'hdf5', whole, '--rate', 10)
-    monkeypatch.setattr('tactile_bringup.export.store._BUFFERED_BYTES', 0)
+    monkeypatch.setattr('tactile_bringup.export.store.EXPORT', replace(EXPORT, buffered_bytes=0))
     run(bag, '--to', 'hdf5', small, '--rate', 10)
     with h5py.File(whole) as one, h5py.File(small) as other:
         for name in ('contacts.depth', 'contacts.depth.mask', 'contacts.position_covariance', 'age'):

@@ -12,10 +12,11 @@ import pytest
 pytest.importorskip('mujoco', reason='MuJoCo is an optional extra: pip install mujoco')
 
 from tactile_bringup.grasp import experiment  # noqa: E402
+from tactile_bringup.grasp.constants import GRASP  # noqa: E402
 from tactile_bringup.grasp.experiment import FAULTS, grasp, main  # noqa: E402
 from tactile_bringup.grasp.objects import FILLED, OBJECTS, object_named  # noqa: E402
 from tactile_bringup.grasp.pose_experiment import PoseWatch  # noqa: E402
-from tactile_bringup.grasp.world import PITCH, TAXELS, GraspWorld  # noqa: E402
+from tactile_bringup.grasp.world import GraspWorld  # noqa: E402
 
 
 def gripped(name, force, seconds=1.2):
@@ -30,8 +31,8 @@ def gripped(name, force, seconds=1.2):
 def test_the_taxels_carry_the_force_of_the_finger(name):
     _, pressure, truth = gripped(name, 3.0)
     assert truth.is_held
-    assert pressure.shape == (TAXELS, TAXELS)
-    assert pressure.sum() * PITCH**2 == pytest.approx(truth.grip_force, rel=0.02)
+    assert pressure.shape == (GRASP.taxels, GRASP.taxels)
+    assert pressure.sum() * GRASP.taxel_pitch**2 == pytest.approx(truth.grip_force, rel=0.02)
 
 
 def test_an_object_is_lifted_by_friction_and_falls_where_friction_does_not_suffice():

@@ -12,8 +12,8 @@ from tactile_driver.simulation.skin.tools import Pose
 
 mujoco = pytest.importorskip('mujoco', reason='MuJoCo is an optional extra: pip install mujoco')
 
+from tactile_bringup.grasp.constants import GRASP  # noqa: E402
 from tactile_bringup.grasp.followed_world import JOINTS, FollowedWorld, GripperState, simulator_text  # noqa: E402
-from tactile_bringup.grasp.world import PITCH  # noqa: E402
 
 
 class Simulator:
@@ -67,7 +67,7 @@ def test_forces_on_the_pads_are_those_of_the_simulator(name, pad):
             if time_s > 0.8:
                 errors.append([truth.grip_force + left[2], truth.shear_force - math.hypot(*left[:2]), *(truth.pad_force - right)])
     assert truth.is_held and truth.grip_force == pytest.approx(8.0, rel=0.02)
-    borne = load.sum() * PITCH**2 if pad == 'array' else -load[:, 2].sum()
+    borne = load.sum() * GRASP.taxel_pitch**2 if pad == 'array' else -load[:, 2].sum()
     assert borne == pytest.approx(truth.grip_force, rel=0.05), 'by the array or the domes'
     assert simulator.data.body('object').xpos[2] > 0.09, 'the object is lifted'
     # Forces between domes are indeterminate: 0.065 N along the fingers, while the box is lifted.

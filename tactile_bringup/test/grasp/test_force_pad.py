@@ -6,9 +6,9 @@ import pytest
 
 pytest.importorskip('mujoco', reason='MuJoCo is an optional extra: pip install mujoco')
 
-from tactile_bringup.grasp.experiment import SLIP_SPEED  # noqa: E402
+from tactile_bringup.grasp.constants import GRASP  # noqa: E402
 from tactile_bringup.grasp.force_pad import ForcePad  # noqa: E402
-from tactile_bringup.grasp.objects import GRAVITY, OBJECTS  # noqa: E402
+from tactile_bringup.grasp.objects import OBJECTS  # noqa: E402
 from tactile_bringup.grasp.world import GraspWorld  # noqa: E402
 from tactile_driver.force_taxels.sources import simulated_frame  # noqa: E402
 from tactile_perception.force_taxels.estimator import ForceTaxelsEstimator, Response  # noqa: E402
@@ -29,7 +29,7 @@ def force_at(now_s, least):
 def test_slip_and_wrench_are_those_of_the_engine(name):
     held = OBJECTS[name]
     world, pad, estimator = GraspWorld(held, (), 'force_taxels'), ForcePad(1), ForceTaxelsEstimator(Response(np.eye(3)))
-    least, slips, wrenches = held.mass * GRAVITY / (2 * held.friction), [], []
+    least, slips, wrenches = held.mass * GRASP.gravity / (2 * held.friction), [], []
     while world.time_s < END_S:
         if world.time_s > LIFT_S > world.time_s - 0.01:
             world.lift()
@@ -38,7 +38,7 @@ def test_slip_and_wrench_are_those_of_the_engine(name):
         result = estimator.process(frame.positions, frame.forces, frame.normals, 1 + world.time_s)
         if world.time_s > OPEN_S + 0.3 and truth.is_held:
             assert np.allclose(forces.sum(axis=0), truth.array_wrench[:3], atol=1e-6)
-            slips.append((result.slip.slipping_fraction > 0.5, np.linalg.norm(truth.velocity) > SLIP_SPEED))
+            slips.append((result.slip.slipping_fraction > 0.5, np.linalg.norm(truth.velocity) > GRASP.slip_speed))
             wrenches.append((result.wrench, truth.array_wrench))
     found, true = np.array(slips).T
     precision, recall = (np.count_nonzero(found & true) / max(np.count_nonzero(of), 1) for of in (found, true))

@@ -59,7 +59,7 @@ def check_calibration(lab, sensor_type, limit=None):
     session = lab.session
     lab.close()
     given = ['--params', str(session.params), '--output', str(session.output), *session.sphere]
-    assert session.complete and calibrate([*map(str, session.bags), *given]) == 0
+    assert session.complete and calibrate([*map(str, session.presses.paths), *given]) == 0
     limit = limit or 2 * error_of(f'{SHARE}/calibration/{sensor_type}_sim.yaml', sensor_type)
     found = error_of(session.output, sensor_type)
     print(sensor_type, found, limit)
@@ -79,14 +79,14 @@ def test_a_session_is_interrupted_goes_on_and_ends_with_a_calibration(tmp_path, 
     for count in lab.play(played):
         if count == 3:
             break
-    kept = lab.session.bags
+    kept = lab.session.presses.paths
     lab.close()
     lab = Lab('areal_single', tmp_path / 'palm.yaml')
-    assert lab.session.bags == kept
+    assert lab.session.presses.paths == kept
     for _ in lab.play(played):
         pass
-    assert lab.session.complete and len(lab.session.bags) == 12
-    tips, depths, forces = touches(lab.session.bags[0])
+    assert lab.session.complete and len(lab.session.presses.paths) == 12
+    tips, depths, forces = touches(lab.session.presses.paths[0])
     reported = capfd.readouterr().err
     assert 'without 1 s untouched' in reported and 'never stood still' in reported, 'the scene has such presses'
     nearest = np.array([min(truth, key=lambda true: np.linalg.norm(np.subtract(true[:3], tip))) for tip in tips])  # noqa: B023
@@ -119,7 +119,7 @@ def test_a_sensor_that_is_not_quite_where_it_is_supposed_is_found_by_touching_it
     print(error, sigma)
     assert (found.frame, sensor.name, sensor.type) == ('stage_base', 'palm', 'areal_single')
     assert (np.abs(error) < 3 * sigma).all() and sigma[2] < 1e-4, 'm'
-    tips, depths, _ = touches(lab.session.bags[0])
+    tips, depths, _ = touches(lab.session.presses.paths[0])
     assert np.ptp(depths) == pytest.approx(4e-3, abs=1e-4) and depths.min() == pytest.approx(2e-3, abs=3 * sigma[2] + 1e-5)
 
 
@@ -153,6 +153,7 @@ def test_a_session_with_one_known_weight_calibrates_a_gel(tmp_path):
     session = lab.session
     lab.close()
     assert answers == [f'hold still: {weight:g} N']
-    assert session.complete and calibrate([*map(str, session.bags), '--params', str(session.params), '--output', str(session.output)]) == 0
+    bags = map(str, session.presses.paths)
+    assert session.complete and calibrate([*bags, '--params', str(session.params), '--output', str(session.output)]) == 0
     fitted = read_calibration(session.output, 'gel').fitted
     assert fitted['young_modulus'] == pytest.approx(MATERIAL.young, rel=0.1) and fitted['force_sigma'] < 0.2

@@ -44,7 +44,7 @@ def test_each_fault_is_reported_and_costs_its_own_press_alone(tmp_path, capfd):
     hows = [how for fault, _ in faults for how in ({}, fault)] + [{}]
     for _ in lab.play(chain.from_iterable(press(number, **how) for number, how in enumerate(hows))):
         pass
-    assert len(lab.session.bags) == len(faults) + 1, 'those without a fault'
+    assert len(lab.session.presses.paths) == len(faults) + 1, 'those without a fault'
     lab.close()
     reported = capfd.readouterr().err
     assert [said for _, said in faults if said not in reported] == [] and reported.count('dropped: ') == len(faults)
@@ -54,7 +54,7 @@ def test_a_probe_that_tf_does_not_know_is_reported_with_the_frames_that_it_knows
     lab = Lab('areal_single', tmp_path / 'palm.yaml', ahead=25, probe='nowhere')
     for _ in lab.play(press(0)):
         pass
-    assert lab.session.bags == []
+    assert lab.session.presses.paths == []
     lab.close()
     assert "/tf does not join 'nowhere' and 'palm'; its frames are: palm, stage_base, stage_force, stage_tip" in capfd.readouterr().err
 

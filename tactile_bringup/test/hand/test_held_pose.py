@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tactile_bringup.hand.held_pose import GRIPPED_S, HeldPoseTracker, Report
+from tactile_bringup.hand.constants import HAND
+from tactile_bringup.hand.held_pose import HeldPoseTracker, Report
 
 STEP = 0.02
 LEFT = Rotation.from_matrix(np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])), np.array([-0.02, 0.0, 0.0])  # z to the object
@@ -15,7 +16,7 @@ SPEED, SPIN = np.array([0.0, 0.3e-3, -1.0e-3]), np.array([0.05, 0.0, 0.0])  # of
 
 def object_at(time_s):
     """Rotation and translation since 0 s of the object, which rests at first, and rotates about the middle between the fingers."""
-    time_s = max(time_s - 2 * GRIPPED_S, 0.0)
+    time_s = max(time_s - 2 * HAND.gripped_s, 0.0)
     return Rotation.from_rotvec(SPIN * time_s), SPEED * time_s
 
 
@@ -97,9 +98,9 @@ def test_an_object_is_held_from_a_lasting_contact_of_two_sensors_until_none_touc
         tracker.take('one', report(0.1 * k))
         assert not tracker.is_held and tracker.pose() is None, 'one finger holds nothing'
     tracker.take('two', report(2.0))
-    tracker.take('two', report(2.0 + 0.9 * GRIPPED_S))
+    tracker.take('two', report(2.0 + 0.9 * HAND.gripped_s))
     assert not tracker.is_held
-    tracker.take('two', report(2.0 + 1.1 * GRIPPED_S))
+    tracker.take('two', report(2.0 + 1.1 * HAND.gripped_s))
     assert tracker.is_held
     tracker.take('two', report(2.3, touches=False))
     assert tracker.is_held and tracker.pose() is not None

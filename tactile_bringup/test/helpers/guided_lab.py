@@ -52,7 +52,7 @@ class Lab:
             self.until(lambda: self.session.handled > handled - self._ahead or self.session.complete)  # noqa: B023
             if self.session.complete:
                 return
-            yield len(self.session.bags)
+            yield len(self.session.presses)
         self.until(lambda: self.session.handled == handled or self.session.complete)
 
     def _publish(self, topic, message):

@@ -14,7 +14,8 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tactile_bringup.nodes.drawing_node import DrawingNode, MarkersNode, StampSync
-from tactile_bringup.visualization.pictures import REGION, bgr
+from tactile_bringup.visualization.constants import COLOURS
+from tactile_bringup.visualization.pictures import bgr
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
@@ -195,7 +196,7 @@ def test_a_region_is_in_the_picture_by_the_positions_of_dots_in_a_plane():
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    row, column = np.nonzero((shown == bgr(REGION)).all(axis=2)[:200])
+    row, column = np.nonzero((shown == bgr(COLOURS.region)).all(axis=2)[:200])
     assert (column.min(), column.max(), row.min(), row.max()) == pytest.approx((80, 120, 60, 100), abs=2)
 
 

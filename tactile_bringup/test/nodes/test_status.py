@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """status: the table of a hand, and the command."""
 
+from dataclasses import replace
+
 import pytest
 from rclpy.node import Node
 from waiting import until
@@ -69,7 +71,7 @@ def reporter(beside):
 
 @pytest.mark.full
 def test_once_for_a_script(reporter, capsys, monkeypatch):
-    monkeypatch.setattr(status, '_COMPLETE_S', 0.5)
+    monkeypatch.setattr(status, 'BRINGUP', replace(status.BRINGUP, complete_s=0.5))
     assert until(lambda: main(['--once']) == 0)
     rows = [line.split() for line in capsys.readouterr().out.splitlines() if ' camera_node ' in line]
     assert rows[-1] == ['thumb', 'camera_node', 'running', '30.0', '-', '0.01', '3', '-', 'ok']

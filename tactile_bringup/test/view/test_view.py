@@ -130,7 +130,7 @@ def test_contacts_are_points_normals_ellipsoids_and_numbers(shown):
 
 @pytest.mark.parametrize('region_first', [True, False])
 def test_dots_have_the_colours_of_their_states_whichever_message_comes_first(shown, region_first):
-    from tactile_bringup.visualization.pictures import STATE_COLOURS
+    from tactile_bringup.visualization.constants import COLOURS
     shown.topics |= {'/thumb/dots', '/thumb/contact_region'}
     dots = raw('/thumb/dots', stamped(DotTracks(id=[4, 7, 9], u=[1.0, 2.0, 3.0], v=[4.0, 5.0, 6.0], x=[0.0] * 3,
                                               y=[0.0] * 3, z=[0.01] * 3)))
@@ -139,7 +139,7 @@ def test_dots_have_the_colours_of_their_states_whichever_message_comes_first(sho
     for message in (region, dots) if region_first else (dots, region):
         shown.add(message)
     packed = numbers(shown.stream.last('/thumb/image_raw/dots').colors)
-    wanted = [int.from_bytes([int(255 * part) for part in colour] + [255], 'big') for colour in (*STATE_COLOURS[1:], (1, 1, 1))]
+    wanted = [int.from_bytes([int(255 * part) for part in colour] + [255], 'big') for colour in (*COLOURS.states[1:], (1, 1, 1))]
     assert packed.tolist() == wanted and numbers(shown.stream.last('/thumb/image_raw/dots').positions).tolist() == [[1, 4], [2, 5], [3, 6]]
     assert len(shown.stream.last('/thumb/dots').positions) == 3  # no cloud of points comes
     ring = shown.stream.last('/thumb/contact_region').strips.as_arrow_array().to_pylist()[0]

@@ -15,6 +15,7 @@ from visualization_msgs.msg import Marker
 from tactile_bringup.hand.configurations import moved_file, rviz_configuration, text_parameters
 from tactile_bringup.hand.description import Hand, HandSensor
 from tactile_bringup.visualization import pictures as colours
+from tactile_bringup.visualization.constants import COLOURS
 from tactile_bringup.visualization.markers import DotMarkers, FingerMarkers, TaxelMarkers
 from tactile_bringup.visualization.pictures import (
     ARRAY_LEGEND,
@@ -81,7 +82,7 @@ def test_every_part_is_drawn_in_the_sensor_frame_and_stays_while_data_come():
 def test_dots_have_the_colours_of_their_states_and_unknown_places_are_left_out():
     dots = by_name(DotMarkers(SIZES).frame(HEADER, touch()))['dots']
     assert len(dots.points) == len(dots.colors) == 2
-    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(colours.STATE_COLOURS[s]) for s in (1, 2)]
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(COLOURS.states[s]) for s in (1, 2)]
 
 
 def test_dots_without_positions_stand_where_the_points_are():
@@ -91,7 +92,7 @@ def test_dots_without_positions_stand_where_the_points_are():
     found = {'dots': DotTracks(id=[3, 8]), 'points': cloud, 'contact_region': ContactRegion(dot_id=[8], dot_state=[1])}
     dots = by_name(DotMarkers(SIZES).frame(HEADER, found))['dots']
     assert xyz(dots.points) == pytest.approx(xyz_of, abs=1e-9)
-    assert [c.g for c in dots.colors] == pytest.approx([colours.STATE_COLOURS[state][1] for state in (0, 1)])
+    assert [c.g for c in dots.colors] == pytest.approx([COLOURS.states[state][1] for state in (0, 1)])
     assert 'dots' not in by_name(DotMarkers(SIZES).frame(HEADER, {'dots': DotTracks(id=[3, 8, 9]), 'points': cloud})), 'of another frame'
 
 
@@ -139,7 +140,7 @@ def test_name_numbers_and_state_stand_in_front_of_the_sensor():
     it = DotMarkers(SIZES)
     text = lines(it.frame(HEADER, found))
     assert [line.text for line in text] == ['pad', '1.3 mm deep', '2.1 N', 'gross slip']
-    assert (text[0].color.r, text[0].color.g, text[0].color.b) == pytest.approx(colours.STATE_COLOURS[2])
+    assert (text[0].color.r, text[0].color.g, text[0].color.b) == pytest.approx(COLOURS.states[2])
     positions = xyz(line.pose.position for line in text)
     assert (positions[:, :2] > 0.001).all(), 'towards the camera centre of the configurations'
     steps = np.diff(positions, axis=0) / text[0].scale.z
@@ -270,7 +271,7 @@ def test_a_ring_in_the_colour_of_its_state_lies_round_its_dot(state):
     result = annotate(GREY, dots_at((200.25, 100.75), state=state))
     u, v = centroid(changed(result))
     assert abs(u - 200.25) < 0.2 and abs(v - 100.75) < 0.2
-    assert (result == colours.bgr(colours.STATE_COLOURS[state])).all(axis=2).any()
+    assert (result == colours.bgr(COLOURS.states[state])).all(axis=2).any()
     assert not changed(result)[101, 200]
 
 
@@ -295,9 +296,9 @@ def test_a_region_is_veiled_and_its_hole_is_not():
     hole = np.array([(140, 140), (140, 160), (160, 160), (160, 140)], float)
     result = annotate(GREY, Annotation(outlines=[square], holes=[hole]))
     assert changed(result)[120, 120] and not changed(result)[150, 150] and not changed(result)[90, 90]
-    assert (result[100, 150] == colours.bgr(colours.REGION)).all()
-    assert (result[150, 140] == colours.bgr(colours.HOLE)).all()
-    expected = 0.78 * 100 + 0.22 * np.array(colours.bgr(colours.REGION))
+    assert (result[100, 150] == colours.bgr(COLOURS.region)).all()
+    assert (result[150, 140] == colours.bgr(COLOURS.hole)).all()
+    expected = 0.78 * 100 + 0.22 * np.array(colours.bgr(COLOURS.region))
     assert np.abs(result[120, 120] - expected).max() <= 1.5
 
 
