@@ -87,19 +87,23 @@ def effects(name: str) -> dict:
 
 
 def table(name: str) -> str:
-    """The table of a room's constants that its scenes read, in Markdown; the others are named below it."""
-    lines, unread, found = ['| constant | value | unit | origin | halved | doubled |', '|---|---|---|---|---|---|'], [], effects(name)
+    """The constants that the scenes of a room read, in Markdown: a table of those with an effect, and the names of the others."""
+    lines, idle = ['| constant | value | halved | doubled |', '|---|---|---|---|'], []
     for struct in ROOMS[name].structs:
         for field in fields(struct):
-            growth = found[type(struct).__name__, field.name]
-            if np.isnan(growth).all():
-                unread.append(f'`{field.name}`')
-            else:
-                about = field.metadata
-                lines.append(f"| `{type(struct).__name__}.{field.name}` | {plain(getattr(struct, field.name))} | {about['unit']} | "
-                             f"{about['origin']} | {' | '.join(map(_percent, growth))} |")
-    rest = ['', 'Not read by these scenes: ' + ', '.join(unread) + '.'] if unread else []
-    return '\n'.join([f'### {name.capitalize()}', '', *lines, *rest])
+            growth, full_name = effects(name)[type(struct).__name__, field.name], f'`{type(struct).__name__}.{field.name}`'
+            if (np.abs(growth) < 0.01).all():
+                idle.append(full_name)
+            elif not np.isnan(growth).all():
+                lines.append(f'| {full_name} | {plain(getattr(struct, field.name))} | {" | ".join(map(_percent, growth))} |')
+    return '\n'.join([f'### {name.capitalize()}', '', *lines, '', f'None both ways: {", ".join(idle)}.'])
+
+
+def unread(names) -> str:
+    """The constants that none of the scenes of these rooms reads."""
+    read = {key for name in names for key, growth in effects(name).items() if not np.isnan(growth).all()}
+    return 'Read by none of these scenes: ' + ', '.join(f'`{field}`' for field in dict.fromkeys(
+        key[1] for name in names for key in effects(name) if key not in read)) + '.'
 
 
 def plain(value) -> str:
@@ -111,4 +115,5 @@ def _percent(growth: float) -> str:
 
 
 if __name__ == '__main__':
-    print('\n\n'.join(table(name) for name in sys.argv[1:] or ROOMS))
+    rooms = sys.argv[1:] or list(ROOMS)
+    print('\n\n'.join([*map(table, rooms), unread(rooms)]))
