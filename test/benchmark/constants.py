@@ -96,7 +96,7 @@ def table(name: str) -> str:
                 idle.append(full_name)
             elif not np.isnan(growth).all():
                 lines.append(f'| {full_name} | {plain(getattr(struct, field.name))} | {" | ".join(map(_percent, growth))} |')
-    return '\n'.join([f'### {name.capitalize()}', '', *lines, '', f'None both ways: {", ".join(idle)}.'])
+    return '\n'.join([f'### {name.capitalize()}', '', *lines, '', f'Neither changes an error: {", ".join(idle)}.'])
 
 
 def unread(names) -> str:
