@@ -3,6 +3,7 @@
 """Pairs estimates with the ground truth of a recording; estimates are the recorded ones, or computed from raw data and timed."""
 from __future__ import annotations
 
+import math
 import resource
 from bisect import bisect_left
 from collections import Counter, defaultdict
@@ -30,6 +31,7 @@ TRUE = 'ground_truth/'
 _FIELDS = {'contacts': ('contacts', contacts_from_message), 'contact_region': ('region', region_from_message),
            'slip': ('slip', slip_from_message), 'wrench': ('wrench', wrench_from_message)}
 _RAW = {'image_raw', 'left/image_raw', 'voltages', 'taxels'}
+_BATCH_NS = 10_000_000_000  # of a recording, after which instants are judged: estimates of a batch earlier are not waited for
 _LONGEST_NS = 60_000_000  # between two known stamps. Derived: a little more than the longest batch of psd_node
 
 
@@ -45,6 +47,7 @@ class JudgedBag:
 
     def __init__(self, bag: Path, namespace: str = '', params: Path | None = None, calibration: Path | None = None):
         self._bag, self.unmatched, self.left_out, self.stages, self._latencies = bag, Counter(), LeftOut(), {}, defaultdict(list)
+        self._used = set[int]()  # stamps of the truth that belong to an estimate
         self._replay = Replay(bag, params, calibration, namespace, _FIELDS) if params else None
         if self._replay:
             topics, self.prefix, self.left_out, self.stages = (
@@ -66,8 +69,12 @@ class JudgedBag:
     def instants(self) -> Iterator[tuple[float, Instant, Instant]]:
         """Yield (stamp s, estimate, truth) of each stamp that has both, in order. Contacts of which nothing else is true are so between the
         stamps of their ground truth too: of a PSD finger each estimate carries the mean time of its samples."""
-        reported, true = {}, {}
-        for topic, message in self._messages():
+        reported, true, begin_ns, end = {}, {}, None, -math.inf
+        for received_ns, topic, message in self._messages():
+            begin_ns = received_ns if begin_ns is None else begin_ns
+            if received_ns - begin_ns > _BATCH_NS:
+                yield from self._judged(reported, true, end)
+                begin_ns, end = received_ns, max((*reported, *true))
             name, stamp = topic.removeprefix(TRUE), _stamp_ns(message)
             part, read = _FIELDS[name]
             instant = (reported if name == topic else true).setdefault(stamp, Instant())
@@ -75,21 +82,31 @@ class JudgedBag:
                 setattr(instant, part, read(message))
             except BadFrame as error:
                 self.left_out.add(topic, str(error), stamp)
-        stamps, used = sorted(true) if self.true == ['contacts'] else [], set()
-        for stamp in sorted(reported):
-            known, index = true.get(stamp), bisect_left(stamps, stamp)
-            if known is None and 0 < index < len(stamps) and stamps[index] - stamps[index - 1] <= _LONGEST_NS:
+        yield from self._judged(reported, true, math.inf)
+
+    def _judged(self, reported: dict[int, Instant], true: dict[int, Instant], end: float) -> Iterator[tuple[float, Instant, Instant]]:
+        """Yield as `instants` those with stamps up to `end`, and remove them; true ones remain for interpolation."""
+        stamps = sorted(true) if self.true == ['contacts'] else []
+        for stamp in sorted(stamp for stamp in reported if stamp <= end):
+            found, known, index = reported.pop(stamp), true.get(stamp), bisect_left(stamps, stamp)
+            if known is not None:
+                self._used.add(stamp)
+            elif 0 < index < len(stamps) and stamps[index] - stamps[index - 1] <= _LONGEST_NS:
                 first, last = stamps[index - 1:index + 1]
-                used |= {first, last}
+                self._used |= {first, last}
                 known = Instant(contacts=_between(true[first].contacts, true[last].contacts, (stamp - first) / (last - first)))
             if known is None:
                 self.unmatched['without truth'] += 1
             else:
-                yield 1e-9 * stamp, reported[stamp], known
-        self.unmatched['without an estimate'] = len(set(true) - set(reported) - used)
+                yield 1e-9 * stamp, found, known
+        for stamp in [stamp for stamp in true if stamp <= end - _LONGEST_NS]:
+            del true[stamp]
+            if stamp not in self._used:
+                self.unmatched['without an estimate'] += 1
+            self._used.discard(stamp)
 
-    def _messages(self) -> Iterator[tuple[str, object]]:
-        """Yield (topic, message) of the truth, and of the estimates, recorded or computed from raw data."""
+    def _messages(self) -> Iterator[tuple[int, str, object]]:
+        """Yield (time of recording, ns, topic, message) of the truth, and of the estimates, recorded or computed from raw data."""
         wanted = {self.prefix + name for name in (*self.reported, *(TRUE + name for name in self.true))}
         for raw in progress(chain.from_iterable(self._replay) if self._replay else self._recorded(wanted), 'messages'):
             name = raw.topic.removeprefix(self.prefix)
@@ -102,7 +119,7 @@ class JudgedBag:
                 continue
             if self._live and not name.startswith(TRUE):
                 self._latencies[name].append(1e-9 * (raw.stamp_ns - _stamp_ns(message)))
-            yield name, message
+            yield raw.stamp_ns, name, message
 
     def _recorded(self, wanted: set[str]) -> Iterator[RawMessage]:
         with BagReader(self._bag) as reader:

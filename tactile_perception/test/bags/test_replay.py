@@ -160,6 +160,16 @@ def test_each_instant_has_both(tmp_path):
     assert bag.times()['latency_ms']['contacts']['median'] == pytest.approx(24)
 
 
+def test_long_recordings_are_judged_in_parts(tmp_path):
+    second = 1000 * MS
+    rows = [row for k in range(40) for row in ((k * second, k * second, '/pad/ground_truth/contacts', contacts(1.0)),
+                                               (k * second, (k + 5) * second, '/pad/contacts', contacts(float(k))))]
+    bag, depths = JudgedBag(write(tmp_path / 'bag', sorted(rows, key=lambda row: row[1]))), []
+    for _, reported, _ in bag.instants():
+        depths.append(reported.contacts[0].depth)
+    assert depths == list(range(40)) and not +bag.unmatched
+
+
 def test_latencies_are_only_those_of_a_live_recording(tmp_path):
     rows = [(k * MS, k * MS + 5 * MS, topic, contacts(1.0)) for k in range(3) for topic in ('/pad/contacts', '/pad/ground_truth/contacts')]
     offline = JudgedBag(write(tmp_path / 'offline', rows))
