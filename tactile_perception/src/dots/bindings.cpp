@@ -66,22 +66,6 @@ std::vector<double> each(const std::vector<Result>& results, Member... members) 
     return found;
 }
 
-Blobs blobs(const Bytes& image, const Bytes& small, const Array<std::uint16_t>& labels, const Array<std::int32_t>& box,
-            const Doubles& centre, const Array<std::uint16_t>& label) {
-    std::vector<BlobRegion> regions;
-    for (py::ssize_t n = 0; n < box.length(); ++n) {
-        const std::int32_t* at = box + 4 * n;
-        for (int axis = 0; axis < 2; ++axis) {
-            const double length = static_cast<double>(small.length(1 - axis));
-            within(at[axis], "box", 1, length - 2);
-            within(at[2 + axis], "box", 1, length - 1 - at[axis]);
-        }
-        regions.push_back({at[0], at[1], at[2], at[3], centre[2 * n], centre[2 * n + 1], label[n]});
-    }
-    const int step = small.length(0) == image.length(0) && small.length(1) == image.length(1) ? 1 : 2;
-    return fit_blobs(as_image(image), as_image(small), step, labels, regions);
-}
-
 // Rows of column, row, correlation, amplitude and ground.
 std::vector<double> rows_of(const std::vector<FoundDisc>& discs) {
     std::vector<double> rows;
@@ -122,11 +106,7 @@ TrackLinks links(const Rows2& last, const Rows2& predicted, const Rows2& first, 
 
 static void bind_dots(py::module_& parent) {
     py::module_ module = parent.def_submodule("dots", "Dots: detection, and their lattice.");
-    using F = FoundDots;
-    auto found = class_of<F>(module, "FoundDots", "Dots of an image, px: src/dots/finder.hpp.", {"candidates (N, 2)"});
-    get(found, "uv (N, 2)", "px", [](const F& one) { return each(one.dots, &Dot::u, &Dot::v); });
-    get(found, "area (N)", "px^2", [](const F& one) { return each(one.dots, &Dot::area); });
-    get(found, "sigma (N)", "px, per axis", [](const F& one) { return each(one.dots, &Dot::sigma); });
+    class_of<FoundDots>(module, "FoundDots", "Dots of an image, px: src/dots/finder.hpp.", {"uv candidates (N, 2)", "area sigma (N)"});
     record<DotLimits>(module, "DotLimits", "What decides what is a dot: docs/constants.md.");
     auto finder = class_of<DotFinder>(module, "DotFinder",
                                       "Finds dots by a maximum-likelihood fit of each candidate, and rejects what is no dot. model:\n"
@@ -139,19 +119,14 @@ static void bind_dots(py::module_& parent) {
         DotLimits());
     def(finder, "find", "Dots of an image, reduced as the look says, in px of the whole image.", {"image (H, W)"},
         [](const DotFinder& one, const Bytes& image) { return one.find(as_image(image)); });
-    using B = Blobs;
-    auto bright = class_of<B>(module, "Blobs", "Large bright markers: src/dots/blobs.hpp.");
-    get(bright, "uv (N, 2)", "px", [](const B& one) { return each(one.blobs, &Blob::u, &Blob::v); });
-    get(bright, "area (N)", "px^2", [](const B& one) { return each(one.blobs, &Blob::area); });
-    get(bright, "sigma (N)", "px, per axis", [](const B& one) { return each(one.blobs, &Blob::sigma); });
-    get(bright, "amplitude (N)", "grey levels over the ground", [](const B& one) { return each(one.blobs, &Blob::amplitude); });
-    get(bright, "solidity (N)", "area over that of the ellipse with the same second moments",
-        [](const B& one) { return each(one.blobs, &Blob::solidity); });
-    def(module, "fit_blobs",
-        "Large bright markers of an image, by moments of weights that rise from ground to plateau on a marker's edge.\n\n"
-        "small: the image itself or reduced by 2; labels: its regions, grown by a pixel; box: left, top, width, height of the regions as\n"
-        "they were, inside it by a pixel or more; centre, label: of each region.",
-        {"image (G, V)", "small (H, W)", "labels (H, W)", "box (N, 4)", "centre (N, 2) [-1e12, 1e12]", "label (N)"}, blobs);
+    auto blobs = class_of<BlobFinder>(module, "BlobFinder", "Finds large markers of an image: src/dots/blobs.hpp.");
+    init(blobs, {"sign [-1, 1]", "step [1, 2]", "box [1, 999]", "threshold [0, 255]", "area [1e-6, 1e12]"},
+         [](int sign, int step, int box, double threshold, double area) {
+             within(box % 2, "box", 1, 1);
+             return BlobFinder({sign, step, box, threshold, area});
+         });
+    def(blobs, "find", "FoundDots of an image.", {"image (H=4..1000000, W=4..1000000)"},
+        [](const BlobFinder& one, const Bytes& image) { return one.find(as_image(image)); });
     class_of<Lattice>(module, "Lattice", "Relative indices of dots on a printed grid: src/dots/lattice.hpp.",
                       {"rc (N, 2)", "member (N) bool"});
     def(module, "find_lattice", "Lattice of dots at positions, px, with the direction of its rows within 45 degrees of u.",

@@ -33,6 +33,21 @@ constexpr double SAMPLE_SPACING = 0.11;                // of a region's size, be
 constexpr int GROUND_RANK = 4, PLATEAU_RANK = 12;      // of the sorted samples: robust to neighbours, glare and border
 constexpr int NOISE_ROW = 7;                           // px in the middle of a marker from which the noise is measured
 
+constexpr BlobLimits LIMITS;
+
+// A region of a small image, px of it: box, centre, and its number among the labels.
+struct BlobRegion {
+    std::ptrdiff_t left, top, width, height;
+    double u, v;
+    std::uint16_t label;
+};
+
+// A marker: position, px, area, px^2, standard deviation of u and of v, px, grey levels over the ground, and area over that of the ellipse
+// with the same second moments.
+struct Blob {
+    double u, v, area, sigma, amplitude, solidity;
+};
+
 // Moments of weights about a marker's patch: area, centroid, central second moments.
 struct Moments {
     double area, x, y, xx, xy, yy, squares;  // squares: sum of the squared weights
@@ -61,6 +76,11 @@ struct Moments {
 struct Levels {
     float ground, amplitude;
     double slope_x, slope_y;
+};
+
+// Relative slope of a plateau per px, and its noise.
+struct PlateauSlope {
+    double x = 0, y = 0, noise = 0;
 };
 
 // Rows of a region, each padded to stride, a multiple of WIDE, with pixels that are not its own. level: grey levels; own: all bits of
@@ -112,6 +132,11 @@ void mark_own(const std::uint16_t* labels, std::uint16_t label, std::ptrdiff_t c
         for (std::ptrdiff_t part = 0; part < STEP; ++part) own[STEP * k + part] = static_cast<std::int16_t>(-(labels[k] == label));
 }
 
+double upper_median(const std::vector<double>& values) {
+    return smallest(values, static_cast<std::ptrdiff_t>(values.size() / 2));
+}
+
+// Fits regions that are inside the small image by a pixel or more; labels: of its pixels, the regions grown by a pixel.
 class Fitter {
  public:
     Fitter(const Image& image, const Image& small, int step, const std::uint16_t* labels, const std::vector<BlobRegion>& regions)
@@ -120,7 +145,7 @@ class Fitter {
         for (int k = 0; k < RING; ++k) ring_[k][0] = std::cos(k * M_PI / 6) / 2, ring_[k][1] = std::sin(k * M_PI / 6) / 2;
     }
 
-    Blobs run() {
+    std::vector<Blob> run() {
         std::vector<Levels> levels;
         std::vector<Moments> moments;
         std::vector<double> bends, soft, perimeters;
@@ -132,20 +157,16 @@ class Fitter {
             perimeters.push_back(moments[n].perimeter());
             soft.push_back((moments[n].area - moments[n].squares) / perimeters[n]);
         }
-        Blobs found{{}, std::numeric_limits<double>::quiet_NaN()};
+        std::vector<Blob> found;
         if (!count) return found;
-        found.blur = upper_median(soft) / WIDTH;
+        const double blur = upper_median(soft) / WIDTH;
         const double noise = bends.empty() ? 0 : upper_median(bends) / (0.6745 * std::sqrt(6.0));
         for (std::ptrdiff_t n = 0; n < count; ++n)
-            found.blobs.push_back(blob(regions_[n], levels[n], moments[n], perimeters[n], found.blur, noise / levels[n].amplitude));
+            found.push_back(blob(regions_[n], levels[n], moments[n], perimeters[n], blur, noise / levels[n].amplitude));
         return found;
     }
 
  private:
-    static double upper_median(const std::vector<double>& values) {
-        return smallest(values, static_cast<std::ptrdiff_t>(values.size() / 2));
-    }
-
     // Corner of a region's patch, which has side_ pixels of the small image.
     std::ptrdiff_t left(const BlobRegion& region) const { return region.left + region.width / 2 - side_ / 2; }
     std::ptrdiff_t top(const BlobRegion& region) const { return region.top + region.height / 2 - side_ / 2; }
@@ -243,9 +264,8 @@ class Fitter {
         for (std::ptrdiff_t k = first; k + 2 < last; ++k) bends.push_back(std::abs(pixel(k + 2) - 2 * pixel(k + 1) + pixel(k)));
     }
 
-    // Relative slope of a plateau per px, 0 where too little of it is seen, and its noise.
-    void plateau_slope(const BlobRegion& region, const Levels& levels, const Moments& moments, double blur, double noise, double* slope,
-                       double& slope_noise) const {
+    // 0 where too little of the plateau is seen.
+    PlateauSlope plateau_slope(const BlobRegion& region, const Levels& levels, const Moments& moments, double blur, double noise) const {
         const double distance = TO_PLATEAU * blur + HALF_PIXEL * (step_ - 1);
         const double scale = std::max(1 - distance / std::max(moments.minor(), 1e-6), 0.0), safe = std::max(moments.determinant(), 1e-6);
         const auto span = static_cast<float>(1 / ((HIGH - LOW) * levels.amplitude));
@@ -272,23 +292,22 @@ class Fitter {
         for (double& sum : seen) sum *= step_ * step_;
         for (double& sum : sums) sum *= step_ * step_;
         const Moments whole(seen);
-        slope[0] = slope[1] = slope_noise = 0;
-        if (whole.area < MIN_PLATEAU_AREA) return;
+        if (whole.area < MIN_PLATEAU_AREA) return {};
         const double x = sums[1] - sums[0] * whole.x, y = sums[2] - sums[0] * whole.y;
         const double share = (HIGH - LOW) / std::max(whole.area * whole.determinant(), 1e-6);
-        slope[0] = std::clamp((whole.yy * x - whole.xy * y) * share, -MAX_PLATEAU_SLOPE, MAX_PLATEAU_SLOPE);
-        slope[1] = std::clamp((whole.xx * y - whole.xy * x) * share, -MAX_PLATEAU_SLOPE, MAX_PLATEAU_SLOPE);
-        slope_noise = noise * std::sqrt(4 * M_PI) / std::max(whole.area, 1.0);
-        const double square = slope[0] * slope[0] + slope[1] * slope[1], sure = square / (square + 2 * slope_noise * slope_noise + 1e-12);
-        slope[0] *= sure, slope[1] *= sure;
+        PlateauSlope slope{std::clamp((whole.yy * x - whole.xy * y) * share, -MAX_PLATEAU_SLOPE, MAX_PLATEAU_SLOPE),
+                           std::clamp((whole.xx * y - whole.xy * x) * share, -MAX_PLATEAU_SLOPE, MAX_PLATEAU_SLOPE),
+                           noise * std::sqrt(4 * M_PI) / std::max(whole.area, 1.0)};
+        const double square = slope.x * slope.x + slope.y * slope.y, sure = square / (square + 2 * slope.noise * slope.noise + 1e-12);
+        slope.x *= sure, slope.y *= sure;
+        return slope;
     }
 
     // noise: of a pixel, of the amplitude.
     Blob blob(const BlobRegion& region, const Levels& levels, const Moments& moments, double perimeter, double blur, double noise) const {
-        double slope[2], slope_noise;
-        plateau_slope(region, levels, moments, blur, noise, slope, slope_noise);
+        const PlateauSlope slope = plateau_slope(region, levels, moments, blur, noise);
         const double radius = moments.radius(), near = EDGE * radius - EDGE_BLUR * blur, far = EDGE * radius + EDGE_BLUR * blur;
-        const double lever_x = slope[0] * near + levels.slope_x * far, lever_y = slope[1] * near + levels.slope_y * far;
+        const double lever_x = slope.x * near + levels.slope_x * far, lever_y = slope.y * near + levels.slope_y * far;
         const double share = 4 * blur / (radius * radius);
         const double shift_x = (moments.xx * lever_x + moments.xy * lever_y) * share;
         const double shift_y = (moments.xy * lever_x + moments.yy * lever_y) * share;
@@ -297,7 +316,7 @@ class Fitter {
         const double model = std::sqrt(MODEL_SIGMA * MODEL_SIGMA + by_shift * by_shift + by_shape * by_shape);
         const double pixels = 2 * TURN * blur * perimeter;  // on the edge, whose second moment is twice the area's
         const double by_edge = noise / (HIGH - LOW) * std::sqrt(pixels * (moments.xx + moments.yy)) / moments.area;
-        const double by_noise = std::hypot(by_edge, EDGE * blur * radius * slope_noise);
+        const double by_noise = std::hypot(by_edge, EDGE * blur * radius * slope.noise);
         return {static_cast<double>(step_ * left(region)) + half() + moments.x - shift_x,
                 static_cast<double>(step_ * top(region)) + half() + moments.y - shift_y,
                 moments.area + M_PI * blur * blur,
@@ -317,10 +336,173 @@ class Fitter {
     std::vector<float> sums_;  // of its columns
 };
 
+// Each block of 2 x 2 pixels averaged into one.
+TACTILE_WIDE std::vector<std::uint8_t> halved(const Image& image, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    std::vector<std::uint8_t> found(rows * columns);
+    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+        const std::uint8_t *up = image.pixels + 2 * r * image.columns, *down = up + image.columns;
+        std::uint8_t* out = found.data() + r * columns;
+        for (std::ptrdiff_t c = 0; c < columns; ++c)
+            out[c] = static_cast<std::uint8_t>((up[2 * c] + up[2 * c + 1] + down[2 * c] + down[2 * c + 1] + 2) >> 2);
+    }
+    return found;
+}
+
+// Marks the pixels of an image that exceed the rounded mean of a square around each by more than so many grey levels; the image is mirrored
+// at its outermost pixels.
+TACTILE_WIDE std::vector<std::uint8_t> above_mean(const Image& image, std::ptrdiff_t box, std::int32_t excess) {
+    const auto mirrored = [](std::ptrdiff_t at, std::ptrdiff_t count) {
+        while (at < 0 || at >= count) at = at < 0 ? -at : 2 * count - 2 - at;
+        return at;
+    };
+    const std::ptrdiff_t half = box / 2, columns = image.columns;
+    const auto area = static_cast<std::int32_t>(box * box);
+    std::vector<std::int32_t> sums(columns), before(columns + box);  // of each column; of the columns before
+    std::vector<std::uint8_t> mask(image.rows * columns);
+    const auto row = [&](std::ptrdiff_t r) { return image.pixels + mirrored(r, image.rows) * columns; };
+    for (std::ptrdiff_t r = -half; r < half; ++r) {
+        const std::uint8_t* pixels = row(r);
+        for (std::ptrdiff_t c = 0; c < columns; ++c) sums[c] += pixels[c];
+    }
+    for (std::ptrdiff_t r = 0; r < image.rows; ++r) {
+        const std::uint8_t *enters = row(r + half), *leaves = row(r - half), *pixels = image.pixels + r * columns;
+        std::uint8_t* out = mask.data() + r * columns;
+        for (std::ptrdiff_t c = 0; c < columns; ++c) sums[c] += enters[c];
+        std::int32_t all = 0;
+        const auto add = [&](std::ptrdiff_t c, std::ptrdiff_t from) { before[c + half + 1] = all += sums[from]; };
+        for (std::ptrdiff_t c = -half; c < 0; ++c) add(c, mirrored(c, columns));
+        for (std::ptrdiff_t c = 0; c < columns; ++c) add(c, c);
+        for (std::ptrdiff_t c = columns; c < columns + half; ++c) add(c, mirrored(c, columns));
+        const std::int32_t *first = before.data(), *last = first + box;
+        for (std::ptrdiff_t c = 0; c < columns; ++c)  // the area is odd: no mean is half a level
+            out[c] = 2 * (last[c] - first[c]) + area < 2 * area * (pixels[c] - excess);
+        for (std::ptrdiff_t c = 0; c < columns; ++c) sums[c] -= leaves[c];
+    }
+    return mask;
+}
+
+// Pixels of a row from first to last, that excluded, of a component.
+struct Run {
+    std::ptrdiff_t row, first, last;
+    std::int32_t component;
+};
+
+// Connected pixels of a mask. order: smaller for those whose first block of 2 x 2 pixels comes first, row by row.
+struct Component {
+    std::ptrdiff_t left, top, right, bottom, area, sum_u, sum_v, order;
+    std::uint16_t label = 0;  // of a marker
+
+    void add(const Run& run, std::ptrdiff_t columns) {
+        const std::ptrdiff_t length = run.last - run.first;
+        left = std::min(left, run.first), right = std::max(right, run.last);
+        top = std::min(top, run.row), bottom = std::max(bottom, run.row + 1);
+        area += length, sum_u += length * (run.first + run.last - 1) / 2, sum_v += length * run.row;
+        order = std::min(order, run.row / 2 * columns + run.first / 2);
+    }
+};
+
+// The regions of markers in a mask, and the labels of its pixels.
+class Regions {
+ public:
+    Regions(const std::vector<std::uint8_t>& mask, std::ptrdiff_t rows, std::ptrdiff_t columns) : rows_(rows), columns_(columns) {
+        find_runs(mask);
+        for (std::size_t k = 0; k < runs_.size(); ++k) {  // a run that it is connected with is earlier, and has its component by now
+            const auto before = static_cast<std::size_t>(runs_[k].component);
+            runs_[k].component = before < k ? runs_[before].component : static_cast<std::int32_t>(components_.size());
+            if (before == k) components_.push_back({columns, rows, 0, 0, 0, 0, 0, rows * columns});
+            components_[static_cast<std::size_t>(runs_[k].component)].add(runs_[k], columns);
+        }
+    }
+
+    // Those of about an area, px, that the border does not cut, from top to bottom; labels: their numbers on the pixels of the mask, grown by
+    // a pixel, 0 elsewhere; where grown components overlap, that of the higher order counts.
+    std::vector<BlobRegion> select(double area, std::vector<std::uint16_t>& labels) {
+        std::vector<BlobRegion> found;
+        for (Component& one : components_) {
+            const auto pixels = static_cast<double>(one.area);
+            if (one.left == 0 || one.top == 0 || one.right == columns_ || one.bottom == rows_ || !(pixels > LIMITS.min_area * area) ||
+                !(pixels < LIMITS.max_area * area) || found.size() == std::numeric_limits<std::uint16_t>::max())
+                continue;
+            one.label = static_cast<std::uint16_t>(found.size() + 1);
+            found.push_back({one.left, one.top, one.right - one.left, one.bottom - one.top, static_cast<double>(one.sum_u) / pixels,
+                             static_cast<double>(one.sum_v) / pixels, one.label});
+        }
+        std::sort(found.begin(), found.end(),
+                  [](const BlobRegion& a, const BlobRegion& b) { return std::pair(a.top, a.left) < std::pair(b.top, b.left); });
+        std::stable_sort(runs_.begin(), runs_.end(), [this](const Run& a, const Run& b) { return of(a).order < of(b).order; });
+        labels.assign(rows_ * columns_, 0);
+        for (const Run& run : runs_)
+            for (std::ptrdiff_t row = std::max<std::ptrdiff_t>(run.row - 1, 0); row < std::min(run.row + 2, rows_); ++row)
+                std::fill(labels.begin() + row * columns_ + std::max<std::ptrdiff_t>(run.first - 1, 0),
+                          labels.begin() + row * columns_ + std::min(run.last + 1, columns_), of(run).label);
+        return found;
+    }
+
+ private:
+    const Component& of(const Run& run) const { return components_[static_cast<std::size_t>(run.component)]; }
+
+    // Until all runs are known, the component of a run is an earlier run that it is connected with, or itself.
+    std::int32_t root_of(std::int32_t k) {
+        auto& parent = runs_[static_cast<std::size_t>(k)].component;
+        while (parent != runs_[static_cast<std::size_t>(parent)].component) parent = runs_[static_cast<std::size_t>(parent)].component;
+        return parent;
+    }
+
+    void find_runs(const std::vector<std::uint8_t>& mask) {
+        std::size_t above = 0, begin = 0;  // first run of the row above, and of this one
+        for (std::ptrdiff_t row = 0; row < rows_; ++row) {
+            above = begin, begin = runs_.size();
+            std::size_t at = above;
+            const std::uint8_t *pixels = mask.data() + row * columns_, *end = pixels + columns_;
+            const auto next = [&](const std::uint8_t* from, int wanted) {
+                const void* found = from < end ? std::memchr(from, wanted, static_cast<std::size_t>(end - from)) : nullptr;
+                return found ? static_cast<const std::uint8_t*>(found) : end;
+            };
+            for (const std::uint8_t* first = next(pixels, 1); first != end;) {
+                const std::uint8_t* last = next(first, 0);
+                const auto own = static_cast<std::int32_t>(runs_.size());
+                runs_.push_back({row, first - pixels, last - pixels, own});
+                while (at < begin && runs_[at].last < first - pixels) ++at;
+                for (std::size_t k = at; k < begin && runs_[k].first <= last - pixels; ++k) {
+                    const std::int32_t a = root_of(own), b = root_of(static_cast<std::int32_t>(k));
+                    runs_[static_cast<std::size_t>(std::max(a, b))].component = std::min(a, b);
+                }
+                first = next(last, 1);
+            }
+        }
+    }
+
+    const std::ptrdiff_t rows_, columns_;
+    std::vector<Run> runs_;
+    std::vector<Component> components_;
+};
+
 }  // namespace
 
-Blobs fit_blobs(const Image& image, const Image& small, int step, const std::uint16_t* labels, const std::vector<BlobRegion>& regions) {
-    return Fitter(image, small, step, labels, regions).run();
+FoundDots BlobFinder::find(const Image& whole) const {
+    std::vector<std::uint8_t> inverted;
+    if (look_.sign < 0) {
+        inverted.resize(whole.rows * whole.columns);
+        std::transform(whole.pixels, whole.pixels + inverted.size(), inverted.begin(), [](std::uint8_t level) { return 255 - level; });
+    }
+    const Image image{look_.sign < 0 ? inverted.data() : whole.pixels, whole.rows, whole.columns};
+    const std::ptrdiff_t rows = image.rows / look_.step, columns = image.columns / look_.step;
+    const std::vector<std::uint8_t> reduced = look_.step == 2 ? halved(image, rows, columns) : std::vector<std::uint8_t>();
+    const Image small = look_.step == 2 ? Image{reduced.data(), rows, columns} : image;
+    std::vector<std::uint16_t> labels;
+    const std::vector<BlobRegion> regions =
+        Regions(above_mean(small, look_.box, static_cast<std::int32_t>(look_.threshold)), rows, columns).select(look_.area, labels);
+    const std::vector<Blob> blobs = Fitter(image, small, look_.step, labels.data(), regions).run();
+    FoundDots found;
+    if (blobs.empty()) return found;
+    std::vector<double> amplitudes;
+    for (const Blob& one : blobs) amplitudes.push_back(one.amplitude);
+    const double faintest = LIMITS.faint * upper_median(amplitudes);
+    const double low = look_.step == 2 ? LIMITS.min_solidity : LIMITS.min_small_solidity;
+    const double high = look_.step == 2 ? LIMITS.max_solidity : LIMITS.max_small_solidity;
+    for (const Blob& one : blobs)
+        if (one.solidity > low && one.solidity < high && one.amplitude > faintest) found.add({one.u, one.v, one.area, one.sigma});
+    return found;
 }
 
 }  // namespace tactile

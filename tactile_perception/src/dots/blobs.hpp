@@ -2,36 +2,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
 #include "common/fields.hpp"
+#include "dots/finder.hpp"
 #include "dots/image.hpp"
 
 namespace tactile {
 
-// A region of a small image, px of it: box, centre, and its number among the labels.
-struct BlobRegion {
-    std::ptrdiff_t left, top, width, height;
-    double u, v;
-    std::uint16_t label;
+// What decides which regions are markers, each with its unit and what it is.
+struct BlobLimits {
+    double min_area = 0.2, max_area = 5;                // 1, limit: of the typical area, smallest and largest region that is a marker
+    double min_solidity = 0.975, max_solidity = 1.05;   // 1, limit: of one whole marker; others are partly hidden or touch another
+    double min_small_solidity = 0.8, max_small_solidity = 1.25;  // 1, limit: the same of small markers, whose pixels are coarse
+    double faint = 0.15;                                // 1, limit: of the typical amplitude, smallest of a marker
 };
 
-// A marker: position, px, area, px^2, standard deviation of u and of v, px, grey levels over the ground, and area over that of the ellipse
-// with the same second moments.
-struct Blob {
-    double u, v, area, sigma, amplitude, solidity;
+// Markers of a sensor. sign: 1 for bright ones, -1 for dark; step: by which the image is reduced for the search, 1 or 2; box: px of that
+// image, an odd side of the square of the local mean; threshold: grey levels over it; area: of a marker, px of that image.
+struct BlobLook {
+    int sign = 1, step = 1, box = 1;
+    double threshold = 0, area = 1;
+    TACTILE_FIELDS(sign, step, box, threshold, area)
 };
 
-struct Blobs {
-    std::vector<Blob> blobs;
-    double blur;  // px, standard deviation of the edges' blur; NaN without a marker
-    TACTILE_FIELDS(blur)
-};
+// Finds large markers: regions over the local mean, then moments of weights that rise from ground to plateau on a marker's edge.
+class BlobFinder {
+ public:
+    explicit BlobFinder(const BlobLook& look) : look_(look) {}
+    // In an image of 4 x 4 px and more. If it is reduced, an odd last row or column is left out.
+    FoundDots find(const Image& image) const;
 
-// Markers of an image that was reduced by step (1 or 2) to a small one, whose pixels have labels, the regions grown by a pixel. A
-// box, without that pixel, is inside the small image by a pixel or more.
-Blobs fit_blobs(const Image& image, const Image& small, int step, const std::uint16_t* labels, const std::vector<BlobRegion>& regions);
+ private:
+    BlobLook look_;
+};
 
 }  // namespace tactile

@@ -227,14 +227,14 @@ class Judge {
     FoundDots run() {
         for (std::size_t i = 0; i < fits_.size(); ++i) good_[i] = is_strong(fits_[i]);
         keep_discs();
-        FoundDots found{{}, {}, false};
+        FoundDots found;
         for (std::size_t i = 0; i < fits_.size(); ++i) {
             const DotFit& fit = fits_[i];
             good_[i] = good_[i] && fit.offset() < limits_.farthest && is_inside(fit);
             found.outgrown |= good_[i] && fit.disc.diameter >= model_.largest;
             good_[i] = good_[i] && fit.disc.diameter < model_.largest && fit.single;
         }
-        measure(found.dots);
+        measure(found);
         return found;
     }
 
@@ -266,7 +266,7 @@ class Judge {
     }
 
     // Positions corrected for the bias by sloping light, which scales dot and ground alike.
-    void measure(std::vector<Dot>& dots) const {
+    void measure(FoundDots& found) const {
         std::vector<double> grounds(fits_.size());
         for (std::size_t i = 0; i < fits_.size(); ++i) grounds[i] = fits_[i].disc.ground + look_.ground;
         const std::vector<GroundSlope> slopes = ground_slopes(fits_, grounds, good_, CELL_SIDE * look_.typical);
@@ -276,7 +276,7 @@ class Judge {
             const std::ptrdiff_t size = fit.node.size;
             const std::ptrdiff_t node = (size * model_.phases + std::abs(fit.node.down)) * model_.phases + std::abs(fit.node.across);
             const double lever = model_.levers[2 * size] * grounds[i] / fit.disc.amplitude + model_.levers[2 * size + 1];
-            dots.push_back({fit.u() - lever * slopes[i].along_u, fit.v() - lever * slopes[i].along_v,
+            found.add({fit.u() - lever * slopes[i].along_u, fit.v() - lever * slopes[i].along_v,
                             M_PI / 4 * fit.disc.diameter * fit.disc.diameter,
                             std::sqrt(fit.variance * model_.gains[node]) / std::abs(fit.disc.amplitude)});
         }
@@ -300,10 +300,9 @@ FoundDots DotFinder::find(const Image& image) const {
     const std::vector<DotFit> fits = Fits(image, *model_, look_, limits_).run(candidates);
     FoundDots found = Judge(image, fits, *model_, look_, limits_).run();
     const auto whole = [this](double coordinate) { return (coordinate + 0.5) * look_.step - 0.5; };
-    for (Dot& dot : found.dots) {
-        dot.u = whole(dot.u), dot.v = whole(dot.v);
-        dot.area *= look_.step * look_.step, dot.sigma *= look_.step;
-    }
+    for (double& coordinate : found.uv) coordinate = whole(coordinate);
+    for (double& area : found.area) area *= look_.step * look_.step;
+    for (double& sigma : found.sigma) sigma *= look_.step;
     std::transform(candidates.begin(), candidates.end(), candidates.begin(), whole);
     found.candidates = std::move(candidates);
     return found;

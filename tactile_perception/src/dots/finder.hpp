@@ -17,11 +17,13 @@ struct Dot {
     double u, v, area, sigma;
 };
 
+// uv and candidates, the peaks that were fitted: u, v, u, v, ...; the others a number each.
 struct FoundDots {
-    std::vector<Dot> dots;
-    std::vector<double> candidates;  // u, v, u, v, ..., px of the whole image, of peaks that were fitted
-    bool outgrown;                   // whether some are larger than the model's largest disc, and therefore left out
-    TACTILE_FIELDS(candidates, outgrown)
+    std::vector<double> uv, area, sigma, candidates;
+    bool outgrown = false;  // whether some are larger than the model's largest disc, and therefore left out
+    TACTILE_FIELDS(uv, area, sigma, candidates, outgrown)
+
+    void add(const Dot& dot) { uv.insert(uv.end(), {dot.u, dot.v}), area.push_back(dot.area), sigma.push_back(dot.sigma); }
 };
 
 // All that decides what is a dot. What each is and how it was found: docs/constants.md.

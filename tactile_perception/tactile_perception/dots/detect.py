@@ -3,17 +3,14 @@
 """Detectors of dots and markers, by name."""
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
-import cv2
 import numpy as np
 
 from tactile_driver.plugins import PluginTable
 
 from .. import _core
 from ..common.dots import Dots
-from ..common.statistics import upper_median
 from ..core.errors import BadArgument, BadFrame, by_name
 from .appearance import MIN_CONTRAST, Appearance, discs_at, find_pattern, measure_appearance, select_channel, shrink
 from .auto import measure_any
@@ -30,11 +27,6 @@ _LOST_SHARE = 0.6  # of the dots at the measurement of the appearance; with fewe
 _PER_PITCH = 1.1  # pitches, side of the box of the local mean: a little over one marker with its ground
 _SMALLEST_SEGMENTED = 8.0  # px: smaller markers are segmented in the full image
 _LOWEST = 0.13  # of the markers' contrast, threshold of the segmentation
-_SOLID = (0.975, 1.05)  # solidity of one whole marker; others are partly hidden or touch another
-_SMALL_SOLID = (0.8, 1.25)  # the same for small markers, whose pixels are coarse
-_FAINT = 0.15  # of the typical amplitude, least of a marker
-_MIN_AREA, _MAX_AREA = 0.2, 5.0  # typical areas, smallest and largest region that is a marker
-_SQUARE = np.ones((3, 3), np.uint8)
 
 
 class DotDetector:
@@ -113,34 +105,16 @@ class LikelihoodFinder:
             largest, k = _GROWTH * largest, k + 1
 
 
-@dataclass(frozen=True)
 class BlobFinder:
-    """Markers by grey-weighted moments of regions. sign: 1 for bright markers, -1 for dark; channel: see select_channel; step:
-    reduction of the small image; box: its px, of the local mean; threshold: grey levels; area: of a marker, px of that image."""
+    """Markers by grey-weighted moments of regions (src/dots/blobs.hpp). channel: see select_channel."""
 
-    sign: int
-    channel: str
-    step: int
-    box: int
-    threshold: float
-    area: float
+    def __init__(self, channel: str, kernel: _core.dots.BlobFinder):
+        self._channel, self._kernel = channel, kernel
 
     def detect(self, image: np.ndarray) -> Dots:
         """Markers of one checked uint8 image."""
-        grey = select_channel(image, self.channel)
-        grey = grey if self.sign > 0 else cv2.bitwise_not(grey)
-        small = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) if self.step == 2 else grey
-        above = cv2.subtract(small, cv2.blur(small, (self.box, self.box)))  # the local mean
-        mask = cv2.threshold(above, self.threshold, 255, cv2.THRESH_BINARY)[1]
-        least, most = _SOLID if self.step == 2 else _SMALL_SOLID
-        regions = _find_regions(mask, self.area)
-        if not len(regions.box):
-            return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
-        labels = cv2.dilate(regions.labels, _SQUARE)
-        blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label)
-        solidity, amplitude = blobs.solidity, blobs.amplitude
-        good = (solidity > least) & (solidity < most) & (amplitude > _FAINT * upper_median(amplitude))
-        return Dots(blobs.uv, blobs.area, blobs.sigma).take(good)
+        found = self._kernel.find(select_channel(image, self._channel))
+        return Dots(found.uv, found.area, found.sigma)
 
 
 def _measure_markers(image, sign) -> BlobFinder:
@@ -150,31 +124,7 @@ def _measure_markers(image, sign) -> BlobFinder:
     step = 2 if pattern.diameter >= _SMALLEST_SEGMENTED else 1
     threshold = max(_LOWEST * float(np.median(discs.amplitude)), MIN_CONTRAST)
     box = int(_PER_PITCH * pattern.pitch / step) // 2 * 2 + 1
-    return BlobFinder(sign, pattern.channel, step, box, threshold, np.pi / 4 * (pattern.diameter / step)**2)
-
-
-@dataclass
-class _Regions:
-    """Regions inside a small image, px of it. box: (N, 4) left, top, width, height; centre: (N, 2); area: (N,); label: (N,); labels: (H, W)
-    uint16 of all regions, 0 ground."""
-
-    box: np.ndarray
-    centre: np.ndarray
-    area: np.ndarray
-    label: np.ndarray
-    labels: np.ndarray
-
-
-def _find_regions(mask: np.ndarray, typical: float) -> _Regions:
-    """Regions of a marker's typical area, px, in a mask (H, W) uint8 that its border does not cut."""
-    _, labels, stats, centre = cv2.connectedComponentsWithStatsWithAlgorithm(mask, 8, cv2.CV_32S, cv2.CCL_GRANA)
-    left, top, width, height, area = stats.T
-    good = (left > 0) & (top > 0) & (left + width < mask.shape[1]) & (top + height < mask.shape[0])
-    good &= (area > _MIN_AREA * typical) & (area < _MAX_AREA * typical)
-    good[0] = False
-    label = np.flatnonzero(good)
-    label = label[np.lexsort((left[label], top[label]))]  # an order that does not depend on the number of threads
-    return _Regions(stats[label, :4], centre[label], area[label], label.astype(np.uint16), labels.astype(np.uint16))
+    return BlobFinder(pattern.channel, _core.dots.BlobFinder(sign, step, box, threshold, np.pi / 4 * (pattern.diameter / step)**2))
 
 
 class _Measured:

@@ -11,9 +11,6 @@ from tactile_perception.dots.fit import DiscModel
 
 UV = 20.0 * np.argwhere(np.ones((6, 7)))[:, ::-1] + 10
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
-SMALL = np.arange(600, dtype=np.uint8).reshape(20, 30)
-REGIONS = {'image': np.repeat(np.repeat(SMALL, 2, 0), 2, 1), 'small': SMALL, 'labels': np.ones((20, 30), np.uint16),
-           'box': np.array([[3, 4, 10, 12]], np.int32), 'centre': np.array([[8.0, 9.0]]), 'label': np.ones(1, np.uint16)}
 TRACKS = {'last': UV, 'predicted': UV + 1.0, 'first': UV - 3.0, 'seen': np.ones(len(UV), bool), 'dots': UV + 0.8}
 SEEN = {'id': np.arange(len(UV)), 'uv': UV + 0.3 * np.sin(UV), 'sigma': np.full(len(UV), 0.02)}
 LOOK, MODEL = Appearance('grey', 1, 4.0, 6.0, 8.0, 0.9, -100.0, 150.0, 2.0), DiscModel(4.0, 8.0, 0.9)
@@ -46,7 +43,7 @@ def call_reference(**arrays):
 #: What is called, how it is called here, and an example of each of its arrays.
 CALLS = {
     'DotFinder': (call_finder, {'image': IMAGE, **TABLES}),
-    'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
+    'BlobFinder': (lambda image=IMAGE: arrays_of(dots.BlobFinder(1, 2, 9, 4.0, 30.0).find(image), 'uv', 'area', 'sigma'), {'image': IMAGE}),
     'link_tracks': (lambda **arrays: arrays_of(dots.link_tracks(**TRACKS | arrays, size=(300.0, 200.0)), 'dot', 'position'), TRACKS),
     'GridNumbering': (lambda uv=UV: arrays_of(dots.GridNumbering(6, 7).number(uv), 'id', 'reason'), {'uv': UV}),
     'find_grid': (lambda uv=UV: [np.array(dots.find_grid(uv))], {'uv': UV}),
