@@ -39,11 +39,6 @@ static void bind_common(py::module_& parent) {
                                  {"matrix distortion [-1e9, 1e9]", "rotation [-2, 2]", "farthest [0, inf]"});
     def(camera, "rays -> (N, 3)", "Unit vectors in the sensor frame through pixels; NaN where the lens images nothing.", {"uv (N, 2)"},
         camera_rays);
-    def(camera, "back_project -> (N, 3)", "x, y, m, of the plane at plane_z, m, seen from centre, m, and m^2 a pixel there; NaN: nowhere.",
-        {"uv (N, 2)", "centre (3) [-1e9, 1e9]", "plane_z [-1e9, 1e9]"},
-        [](const Camera& one, const Doubles& uv, const Eigen::Vector3d& centre, double plane_z) {
-            return back_project(one, {centre, plane_z}, uv);
-        });
 }
 
 static const Subject SUBJECT("common", bind_common);

@@ -74,22 +74,16 @@ std::vector<double> camera_rays(const Camera& camera, const Array<double>& uv) {
     return rays;
 }
 
-std::vector<double> back_project(const Camera& camera, const ViewedPlane& plane, const Array<double>& uv) {
-    const std::ptrdiff_t count = uv.length();
-    std::vector<double> found(3 * count, UNKNOWN);
+Vector3d back_project(const Camera& camera, const ViewedPlane& plane, const double* pixel) {
+    const std::optional<Sight> seen = sight(camera, pixel);
+    if (!seen) return Vector3d::Constant(UNKNOWN);
+    const Vector3d& ray = seen->ray;
     const double away = plane.z - plane.centre.z();
-    for (std::int64_t k = 0; k < count; ++k) {
-        const std::optional<Sight> seen = sight(camera, uv + 2 * k);
-        if (!seen) continue;
-        const Vector3d& ray = seen->ray;
-        const Vector2d point = plane.centre.head<2>() + ray.head<2>() * (away / ray.z());
-        if (!(point.array().abs() < MAX_COORDINATE_M).all()) continue;
-        // Jacobian determinants: of the homography from the normalised image to the plane, and of the lens.
-        const double area = away * away / std::abs(ray.z() * ray.z() * ray.z()) / std::abs(seen->ratio);
-        Eigen::Map<Vector3d> shown(&found[3 * k]);
-        shown << point, area / (camera.matrix(0, 0) * camera.matrix(1, 1));
-    }
-    return found;
+    const Vector2d point = plane.centre.head<2>() + ray.head<2>() * (away / ray.z());
+    if (!(point.array().abs() < MAX_COORDINATE_M).all()) return Vector3d::Constant(UNKNOWN);
+    // Jacobian determinants: of the homography from the normalised image to the plane, and of the lens.
+    const double area = away * away / std::abs(ray.z() * ray.z() * ray.z()) / std::abs(seen->ratio);
+    return {point.x(), point.y(), area / (camera.matrix(0, 0) * camera.matrix(1, 1))};
 }
 
 }  // namespace tactile

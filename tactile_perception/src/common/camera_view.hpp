@@ -30,7 +30,7 @@ struct ViewedPlane {
 /// Unit vectors (N, 3) in the sensor's frame through pixels uv (N, 2); NaN where the lens images nothing.
 std::vector<double> camera_rays(const Camera& camera, const Array<double>& uv);
 
-/// Points of the plane (N, 3) seen at pixels uv (N, 2): x, y, m, and the area of a pixel there, m^2; NaN where there is none.
-std::vector<double> back_project(const Camera& camera, const ViewedPlane& plane, const Array<double>& uv);
+/// The point of the plane that a pixel shows: x, y, m, and the area of the pixel there, m^2; NaN where there is none.
+Eigen::Vector3d back_project(const Camera& camera, const ViewedPlane& plane, const double* pixel);
 
 }  // namespace tactile

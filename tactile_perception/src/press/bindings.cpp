@@ -5,8 +5,11 @@
 
 #include "bindings/border.hpp"
 #include "press/dome.hpp"
+#include "press/marker_field.hpp"
+#include "press/region.hpp"
 #include "press/sheet_fit.hpp"
 #include "press/sheet_membrane.hpp"
+#include "press/sheet_surface.hpp"
 
 namespace tactile::border {
 namespace {
@@ -31,6 +34,56 @@ auto pressed_sheet(const py::object& mesh, const SheetLoad& load, const std::vec
         refuse("depths: each must be larger than the one before");
     PressedSheets found = without_gil([&] { return press_sheet(sheet, load, depths); });
     return std::tuple(std::move(found.fields), std::move(found.wrenches));
+}
+
+void bind_markers(py::module_& module) {
+    auto view = record<MarkerView>(module, "MarkerView", "A camera that views a plane: src/press/marker_field.hpp.",
+                                   {"centre camera_centres [-1e9, 1e9]", "plane_z [-1e9, 1e9]"});
+    def(view, "back_project", "x, y, m, of the plane at pixels (N, 3), and m^2 a pixel there; NaN: nowhere.", {"uv (N, 2)"},
+        &MarkerView::back_project);
+    record<RestRule>(module, "RestRule", "Which markers are untouched: src/press/marker_field.hpp.", {"[1e-12, 1e12]"});
+    auto rest = class_of<RestMarkers>(module, "RestMarkers", "Untouched markers, followed from frame to frame: src/press/marker_field.hpp.");
+    init(rest, {"count [0, 1000000]", "rule"}, [](std::ptrdiff_t count, const RestRule& rule) { return RestMarkers(count, rule); });
+    def(rest, "follow", "Take the dots of a frame.", {"id (N)", "uv (N, 2)", "duv (N, 2)", "area (N)", "stamp_s"},
+        [](RestMarkers& one, const Numbers& id, const Rows2& uv, const Rows2& duv, const Eigen::VectorXd& area, double stamp_s) {
+            if (id.size() && (id.minCoeff() < 0 || id.maxCoeff() >= one.area().size()))
+                refuse("marker ids " + std::to_string(id.minCoeff()) + " to " + std::to_string(id.maxCoeff()) +
+                       " are not those of a pattern of " + std::to_string(one.area().size()) + " markers");
+            one.follow({id, uv, duv, area}, stamp_s);
+        });
+    def(rest, "field", "The arrays of a MarkerField, press/field.py.", {"view"}, [](RestMarkers& one, const MarkerView& view) {
+        MarkerField found = one.field(view);
+        return std::tuple(std::move(found.rest), std::move(found.shift), std::move(found.growth), std::move(found.camera_centre),
+                          std::move(found.uv), std::move(found.duv), std::move(found.area));
+    });
+    get(rest, "uv", "Untouched positions (K, 2), px.", &RestMarkers::uv);
+    get(rest, "area", "Untouched areas (K), px^2.", &RestMarkers::area);
+    get(rest, "is_view_outdated", "Whether the view must be made again, of these positions.", &RestMarkers::is_view_outdated);
+    auto surface = record<MarkerSurface>(module, "MarkerSurface", "The undeformed surface: src/press/marker_surface.hpp.", {"[0, 1e3]"});
+    def(surface, "normal", "Unit normal (3) of the undeformed surface.", {"position (2)"}, &MarkerSurface::normal);
+    def(surface, "rest_points", "Positions (K, 3), m, of untouched markers.", {"rest (K, 2)", "camera_centre (K, 3)"},
+        &MarkerSurface::rest_points);
+    def(surface, "raised_points", "Positions (K, 3), m, of markers on their rays, raised by so much, m.",
+        {"rest (K, 2)", "shift (K, 2)", "camera_centre (K, 3)", "raised (K)"}, &MarkerSurface::raised_points);
+    class_of<PressRegion>(module, "PressRegion", "Region of contact: src/press/region.hpp.", {"under (N) bool"});
+    def(surface, "press_region", "The PressRegion of tips: lowest point, depth and radius, m.",
+        {"tips (T=1..1000, 5) [-1e3, 1e3]", "positions (N, 2)", "camera_centre (N, 3)", "max_ratio [0, 1]"},
+        [](const MarkerSurface& one, const Rows<5>& tips, const Rows2& positions, const Rows3& camera_centre, double max_ratio) {
+            std::vector<ContactDisc> discs;
+            for (Eigen::Index k = 0; k < tips.rows(); ++k)
+                discs.emplace_back(one, tips.row(k).head<3>(), tips(k, 3), tips(k, 4), max_ratio);
+            return press_region(one, discs, positions, camera_centre);
+        });
+    auto sheet = class_of<SheetSurface>(module, "SheetSurface", "Heights of the markers of a sheet: src/press/sheet_surface.hpp.");
+    init(sheet, {"bending (K, K)", "strain (K, K)", "laplacian (K, K)"},
+         [](const Eigen::MatrixXd& bending, const Eigen::MatrixXd& strain, const Eigen::MatrixXd& laplacian) {
+             return SheetSurface{bending, strain, laplacian};
+         });
+    def(sheet, "raised", "Heights (K), m, of the markers.", {"rest (K, 2)", "shift (K, 2)", "camera_centre (K, 3)"},
+        [](const SheetSurface& one, const Rows2& rest, const Rows2& shift, const Rows3& camera_centre) {
+            check_rows("rest", rest.rows(), one.bending.rows());
+            return one.raised(rest, shift, camera_centre);
+        });
 }
 
 SheetTable made_table(const SheetPlan& plan, const std::int64_t* modes, const Floats& coefficients, const Floats& shapes) {
@@ -111,10 +164,12 @@ DomeLibrary made_library(const DomePlan& plan, const Eigen::VectorXd& edges, con
 void bind_dome(py::module_& module) {
     record<DomePlan>(module, "DomePlan", "Numbers of a dome and of the presses of a library: src/press/dome.hpp.",
                      {"centre_z [-1e3, 1e3]", "[1e-9, 1e3]"});
-    record<DomeMarkers>(module, "DomeMarkers", "Untouched markers: src/press/dome.hpp.", {"plane_z [-1e3, 1e3]"});
-    record<DomeFrame>(module, "DomeFrame", "What the markers show: src/press/dome.hpp.", {"weight (N) [0, 1e300]", "shared (N, 0..100)"});
-    record<PressPrior>(module, "PressPrior", "What is known of each number of a press: src/press/dome.hpp.",
-                       {"mean lowest (7) [-1e15, 1e15]", "weight (7) [0, 1e15]", "longest (7) [1e-12, 1e15]"});
+    record<DomeMarkers>(module, "DomeMarkers", "Untouched markers: src/press/dome.hpp.",
+                        {"points camera_centres (N, 3)", "plane_z [-1e3, 1e3]", "smooth (N, 0..100) [-1e6, 1e6]"});
+    record<DomeErrors>(module, "DomeErrors", "Errors of displacements: src/press/dome.hpp.",
+                       {"still [1e-12, 1e6]", "longest (7) [1e-12, 1e15]", "[0, 1e6]"});
+    record<DomePrior>(module, "DomePrior", "What is known of a press: src/press/dome.hpp.",
+                      {"drag friction tip_sigma [1e-6, 1e6]", "tip [-1e3, 1e3]", "[0, 1e6]"});
     class_of<DomeFit>(module, "DomeFit", "Presses that explain a frame of a dome: src/press/dome.hpp.");
     auto library = class_of<DomeLibrary>(module, "DomeLibrary", "Simulated presses on a dome, of the arrays of press/dome/library.py.");
     init(library,
@@ -127,11 +182,12 @@ void bind_dome(py::module_& module) {
             for (Eigen::Index k = 0; k < presses.rows(); ++k) press_dome(one, points, presses.row(k).transpose(), moved);
             return moved;
         });
-    def(library, "fit", "The DomeFit of presses, from starts, to a frame.", {"markers", "frame", "prior", "starts (N=1..2, 7) [-1e3, 1e3]"},
-        [](const DomeLibrary& one, const DomeMarkers& markers, const DomeFrame& frame, const PressPrior& prior, const DomePresses& starts) {
-            check_rows("shift", frame.shift.rows(), markers.points.rows());
-            for (int k = 0; k < PRESS; ++k) within(prior.highest[k], "highest", prior.lowest[k], 1e3);
-            return fit_dome(one, markers, frame, prior, starts);
+    def(library, "fit", "The DomeFit of presses, from starts, to apparent displacements, m.",
+        {"markers", "errors", "prior", "shift (K, 2)", "starts (N=1..2, 7) [-1e3, 1e3]"},
+        [](const DomeLibrary& one, const DomeMarkers& markers, const DomeErrors& errors, const DomePrior& prior, const Rows2& shift,
+           const DomePresses& starts) {
+            check_rows("shift", shift.rows(), markers.points.rows());
+            return fit_dome(one, markers, errors, prior, shift, starts);
         });
 }
 
@@ -139,6 +195,7 @@ void bind_dome(py::module_& module) {
 
 static void bind_press(py::module_& parent) {
     py::module_ module = parent.def_submodule("press", "Presses of sheets and domes.");
+    bind_markers(module);
     bind_sheet(module);
     bind_dome(module);
 }

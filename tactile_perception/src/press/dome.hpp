@@ -45,39 +45,46 @@ Eigen::MatrixXd press_dome(const DomeLibrary& library, const Points& points, con
 using DomePresses = Rows<PRESS>;
 constexpr int MAX_DOME_PRESSES = 2;  // of one fit
 
-/// The undeformed markers: positions on the dome (K, 3), NaN where unknown, and their cameras' centres (K, 3); height of the viewing plane.
+/// The undeformed markers: positions on the dome (K, 3), NaN where unknown, and their cameras' centres (K, 3); height of the viewing plane;
+/// smooth functions of their positions (K, M), orthogonal and of unit RMS, which the error of a sum of two fields is made of.
 struct DomeMarkers {
     Points points, camera_centres;
     double plane_z = 0;
-    TACTILE_FIELDS(points, camera_centres, plane_z)
+    Eigen::MatrixXd smooth;
+    TACTILE_FIELDS(points, camera_centres, plane_z, smooth)
 };
 
-/// The measurements of a frame: apparent displacements in the viewing plane (K, 2) and their weights (K), 0 for hidden markers. The outer
-/// products of the columns shared (K, shared), of errors common to the markers, are subtracted from the weight matrix of each axis.
-struct DomeFrame {
-    Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> shift;
-    Eigen::VectorXd weight;
-    Eigen::MatrixXd shared;
-    TACTILE_FIELDS(shift, weight, shared)
+/// Standard deviations of displacements per axis: still, m, of an untouched marker; share: model error over a marker's displacement; top:
+/// over the largest displacement. alike: factor on the model error, because errors of neighbouring markers are similar. not_linear: error of
+/// a marker's displacement over that by a drag, which is linearised. longest: step of each parameter of a press.
+struct DomeErrors {
+    double still = 0, share = 0, top = 0, alike = 1, not_linear = 0;
+    Eigen::Matrix<double, PRESS, 1> longest = Eigen::Matrix<double, PRESS, 1>::Zero();
+    TACTILE_FIELDS(still, share, top, alike, not_linear, longest)
 };
 
-/// Prior of each parameter of a press: mean, weight (one over variance), range, and maximum step.
-struct PressPrior {
-    using Numbers = Eigen::Matrix<double, PRESS, 1>;
-    Numbers mean = Numbers::Zero(), weight = mean, lowest = mean, highest = mean, longest = mean;
-    TACTILE_FIELDS(mean, weight, lowest, highest, longest)
+/// Prior of a press. drag: standard deviation of the displacement of the drag over the depth; friction: of the friction number; tip,
+/// tip_sigma: mean and standard deviation of the log radius over the library's spread; together: RMS error of the sum of the presses'
+/// fields over the largest displacement, 0 for one; rougher, wider: true standard deviations of friction number and log radius, which
+/// covariances include if they are larger than those of the fit.
+struct DomePrior {
+    double drag = 0, friction = 0, tip = 0, tip_sigma = 0, together = 0, rougher = 0, wider = 0;
+    TACTILE_FIELDS(drag, friction, tip, tip_sigma, together, rougher, wider)
 };
 
 /// Presses that explain a frame.
 struct DomeFit {
     DomePresses presses;
-    Eigen::MatrixXd covariance;  // (n PRESS, n PRESS); NaN where the markers do not determine it
-    Eigen::MatrixXd residual;    // (K, 2); 0 for hidden markers
-    TACTILE_FIELDS(presses, covariance, residual)
+    Eigen::MatrixXd covariance;  // (n PRESS, n PRESS), of one press in proportion to the misfit; NaN where the markers do not determine it
+    double misfit = 0;           // mean squared residual over its variance
+    double expected = 1;         // that with the error of linearised drags, over 1
+    double radius_sigma = 0;     // of the first press, if friction and tip are as the fit assumes
+    Rows2 shown;                 // (K, 2), m, fitted apparent displacements; NaN if not visible
+    TACTILE_FIELDS(presses, covariance, misfit, expected, radius_sigma, shown)
 };
 
-/// Fits presses to a frame, from starts.
-DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const PressPrior& prior,
-                 const DomePresses& starts);
+/// Fits presses, from starts, to the apparent displacements (K, 2), m, of the markers, NaN where not visible.
+DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeErrors& errors, const DomePrior& prior,
+                 const Rows2& shift, const DomePresses& starts);
 
 }  // namespace tactile

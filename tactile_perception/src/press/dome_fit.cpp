@@ -14,6 +14,9 @@ constexpr double SETTLED_STEP = 0.1;        // of the maximum step, over which f
 constexpr double SETTLED_GAIN = 1e-3;       // of the cost; a step that gains less is the last
 constexpr double MIN_HEIGHT = 0.1;          // of a point over the camera's centre, as a share of its undeformed height
 constexpr double FIRST_DAMPING = 1e-3;      // over the normal equations' diagonal
+constexpr double MIN_DEPTH = 1e-5;          // m
+constexpr double MAX_DRAG = 2;              // over the depth
+constexpr double FREE = 1e-6;               // weight of a number without a prior
 constexpr double MIN_AXIS_DISTANCE = 2e-5;  // m, of a press from the axis, on which the meridian is undefined
 
 constexpr int MAX_STATE = MAX_DOME_PRESSES * PRESS;
@@ -25,16 +28,41 @@ struct DomeEquations : NormalEquations<Eigen::Dynamic, MAX_STATE> {
     using NormalEquations::NormalEquations;
 };
 
+// The measurements of a frame: weights (K) of its displacements, 0 for hidden markers, and the variances (K), m^2, of noise and model error.
+// The outer products of the columns shared (K, M), of errors common to the markers, are subtracted from the weight matrix of each axis
+// (Woodbury 1950), whose inverse then includes the error of a sum of two fields.
+struct DomeFrame {
+    const Rows2& shift;
+    Eigen::VectorXd square, variance, weight;
+    Eigen::MatrixXd shared;
+    Eigen::Index seen = 0;
+
+    DomeFrame(const DomeMarkers& markers, const DomeErrors& errors, double together, const Rows2& displacement) : shift(displacement) {
+        const Eigen::Index count = shift.rows();
+        square.setZero(count), weight.setZero(count);
+        for (Eigen::Index k = 0; k < count; ++k)
+            if (shift.row(k).allFinite()) square[k] = shift.row(k).squaredNorm();
+        const double noise = errors.still * errors.still, top = square.maxCoeff();
+        const Eigen::VectorXd model = (errors.share * errors.share * square).array() + errors.top * errors.top * top;
+        variance = noise + model.array();
+        for (Eigen::Index k = 0; k < count; ++k) {
+            if (!shift.row(k).allFinite() || !markers.points.row(k).allFinite()) continue;
+            weight[k] = 1 / (noise + errors.alike * errors.alike * model[k]), ++seen;
+        }
+        if (!(together > 0)) return;
+        const Eigen::MatrixXd weighted = markers.smooth.transpose() * weight.asDiagonal();
+        Eigen::MatrixXd matrix = weighted * markers.smooth;
+        matrix.diagonal().array() += static_cast<double>(weighted.rows()) / (together * together * top);
+        shared = matrix.llt().matrixL().solve(weighted).transpose();
+    }
+};
+
 class DomeProblem {
  public:
-    DomeProblem(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const PressPrior& prior,
-                Eigen::Index presses)
-        : library_(library),
-          markers_(markers),
-          frame_(frame),
-          mean_(prior.mean.replicate(presses, 1)),
-          weight_(prior.weight.replicate(presses, 1)),
-          bounds_{prior.lowest.replicate(presses, 1), prior.highest.replicate(presses, 1), prior.longest.replicate(presses, 1)} {}
+    DomeProblem(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const Bounds<State>& within)
+        : library_(library), markers_(markers), frame_(frame), bounds_(within) {}
+
+    State mean, weight;  // of the prior
 
     const Bounds<State>* const bounds = &bounds_;
 
@@ -58,7 +86,7 @@ class DomeProblem {
                 found.add(Eigen::MatrixXd(frame_.shared.transpose() * found.slopes[axis]),
                           Eigen::VectorXd(frame_.shared.transpose() * found.residual.col(axis)), Eigen::VectorXd::Constant(shared, -1.0));
         }
-        found.expect(mean_, weight_);
+        found.expect(mean, weight);
         return found;
     }
 
@@ -85,20 +113,49 @@ class DomeProblem {
     const DomeLibrary& library_;
     const DomeMarkers& markers_;
     const DomeFrame& frame_;
-    const State mean_, weight_;
     const Bounds<State> bounds_;
 };
 
 }  // namespace
 
-DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeFrame& frame, const PressPrior& prior,
-                 const DomePresses& starts) {
-    DomeProblem problem(library, markers, frame, prior, starts.rows());
+DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const DomeErrors& errors, const DomePrior& prior,
+                 const Rows2& shift, const DomePresses& starts) {
+    using Numbers = Eigen::Matrix<double, PRESS, 1>;
+    const Eigen::Index count = starts.rows();
+    const DomeFrame frame(markers, errors, prior.together, shift);
+    const auto inverse_square = [](double sigma) { return 1 / (sigma * sigma); };
+    Numbers lowest, highest, mean = Numbers::Zero(), weight;
+    lowest << -library.reach, -library.reach, std::log(MIN_DEPTH), -1, -1, -MAX_DRAG, -MAX_DRAG;
+    highest << library.reach, library.reach, std::log(library.depth), 1, 0, MAX_DRAG, MAX_DRAG;
+    mean[RADIUS] = prior.tip;
+    weight << FREE, FREE, FREE, inverse_square(prior.tip_sigma), inverse_square(prior.friction), inverse_square(prior.drag),
+        inverse_square(prior.drag);
+    DomeProblem problem(library, markers, frame,
+                        {lowest.replicate(count, 1), highest.replicate(count, 1), errors.longest.replicate(count, 1)});
+    problem.mean = mean.replicate(count, 1), problem.weight = weight.replicate(count, 1);
     const State start = State::Map(starts.data(), starts.size()).cwiseMax(problem.bounds->lowest).cwiseMin(problem.bounds->highest);
     auto [at, last] = minimise(problem, start, MAX_STEPS, FIRST_DAMPING);
     for (int axis = 0; axis < 2; ++axis) at.residual.col(axis) -= at.slopes[axis] * last;
-    const State found = at.state + last;
-    return {DomePresses::Map(found.data(), starts.rows(), PRESS), at.covariance(), at.residual};
+    const State state = at.state + last;
+
+    DomeFit found;
+    found.presses = DomePresses::Map(state.data(), count, PRESS), found.covariance = at.covariance();
+    const double seen = static_cast<double>(std::max<Eigen::Index>(frame.seen, 1));
+    found.misfit = (at.residual.rowwise().squaredNorm().array() / frame.variance.array()).sum() / (2 * seen);
+    const double scale = count == 1 ? found.misfit : 1;  // the error of a sum of two fields is in the covariance
+    found.radius_sigma = std::sqrt(scale * found.covariance(RADIUS, RADIUS));
+    double doubt = 0;
+    for (Eigen::Index p = 0; p < count; ++p)
+        doubt = std::max(doubt, errors.not_linear * std::hypot(found.presses(p, DRAG_X), found.presses(p, DRAG_Y)));
+    found.expected = 1 + doubt * doubt * ((frame.weight.array() > 0).select(frame.square.array() / frame.variance.array(), 0).sum() / seen);
+    // Friction and radius vary by more than the prior of the fit assumes.
+    Numbers variance = Numbers::Zero();
+    variance[RADIUS] = prior.wider * prior.wider, variance[FRICTION] = prior.rougher * prior.rougher;
+    const Numbers more = weight.cwiseProduct(Numbers(weight.cwiseProduct(variance).array() - 1)).cwiseMax(0);
+    const Eigen::MatrixXd own = found.covariance;
+    found.covariance = scale * own + own * State(more.replicate(count, 1)).asDiagonal() * own;
+    found.shown = shift - at.residual;
+    return found;
 }
 
 }  // namespace tactile

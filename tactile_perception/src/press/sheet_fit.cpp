@@ -49,6 +49,13 @@ Vector3d appear(const Shape& shape, const Vector2d& rest, const Vector3d& camera
     return seen;
 }
 
+// Column k of the derivatives of what appears, from that of the shape's.
+template <class Slopes, class Shown>
+void chain(const BySheet& by, const Slopes& shape, int k, Shown& shown) {
+    for (int q = 0; q < 2; ++q) shown(q, k) = by(q, q) * shape(q, k) + by(q, 2) * shape(2, k);
+    shown(2, k) = by.row(2).dot(shape.col(k));
+}
+
 constexpr int DISC_POINTS = 4;  // of a marker's quadrature, exact to cubic terms
 
 // Shift and growth of a disc of radius, m: its centroid and its area as imaged; shape_at(point): the sheet's there.
@@ -135,12 +142,9 @@ class Scene {
         for (int press = 0; press < count_; ++press) moved_squares[press] = alone[press].value.col(0).squaredNorm();
         shape = whole.value;
         Vector3d shown = appear(shape, rest, camera_centre, slopes ? &by : nullptr);
-        if (slopes) {
-            for (int press = 0; press < count_; ++press)
-                slopes->middleCols<PRESS_SIZE>(press * PRESS_SIZE).noalias() =
-                    by.lazyProduct(whole.slope.middleCols<PRESS_SIZE>(press * PRESS_SIZE));
-            slopes->col(count_ * PRESS_SIZE) = by * whole.slope.col(count_ * PRESS_SIZE);
-        }
+        for (int press = 0; press < count_ && slopes; ++press)
+            for (int k = 0; k < pressed_[press].numbers; ++k) chain(by, whole.slope, press * PRESS_SIZE + k, *slopes);
+        if (slopes && count_ > 1) chain(by, whole.slope, count_ * PRESS_SIZE, *slopes);
         if (is_near(rest)) {
             const auto shape_at = [&](const Vector2d& point) {
                 read_all(point, 0, alone, whole);
@@ -163,7 +167,6 @@ class Scene {
     void read_all(const Vector2d& rest, int numbers, Deformed* alone, Whole& whole) const {
         for (int press = 0; press < count_; ++press) alone[press] = read(press, numbers, rest);
         whole.value = alone[0].value;
-        if (numbers) whole.slope.setZero();
         for (int press = 0; press < count_ && numbers; ++press)
             whole.slope.middleCols(press * PRESS_SIZE, numbers) = alone[press].slope.leftCols(numbers);
         if (count_ < 2) return;
@@ -182,7 +185,8 @@ class Scene {
                 slope.row(2) += mixed_ * (lacks.slopes[press] * changed).transpose();
                 widen(share, changed, over[1 - press], slope);
             }
-        if (numbers) column(count_ * PRESS_SIZE).row(2) = lacks.value.transpose();
+        if (!numbers) return;
+        column(count_ * PRESS_SIZE).setZero(), column(count_ * PRESS_SIZE).row(2) = lacks.value.transpose();
     }
 
     bool is_near(const Vector2d& rest) const {
@@ -278,7 +282,7 @@ class SheetProblem {
             const Vector3d residual = frame_.value.row(n).transpose() - scene_.show(n, &slopes, shape, moved) - state[late()] * motion;
             const double between = count_ > 1 ? std::min(moved[0], moved[1]) : 0.0;
             const Vector3d weight = precision(noise_, deepest, doubt, shape, between),
-                           plain = precision(noise_, deepest, 1, shape, between);
+                           plain = doubt > 1 ? precision(noise_, deepest, 1, shape, between) : weight;
             for (int q = 0; q < 3; ++q) {
                 const double sigmas = weight[q] * residual[q], share = plain[q] / weight[q];  // share: by the doubt of drags
                 if (!std::isfinite(sigmas)) continue;

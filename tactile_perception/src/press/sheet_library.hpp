@@ -67,8 +67,8 @@ void look_up(const SheetTable& table, const double* press, bool drags, PressedSh
 /// columns of nine, one such column after the other.
 using Shape = Eigen::Matrix3d;
 struct Deformed {
-    Shape value = Shape::Zero();
-    Eigen::Matrix<double, 9, PRESS_SIZE> slope = Eigen::Matrix<double, 9, PRESS_SIZE>::Zero();
+    Shape value;
+    Eigen::Matrix<double, 9, PRESS_SIZE> slope;  // of the wanted numbers
 };
 
 /// Reads the point with undeformed position rest, m, of a sheet pressed at press[0], press[1], with its field (side * side, CHANNELS);

@@ -3,11 +3,12 @@
 """Geometry of the sensors with markers: untouched marker positions in 3D, surface normals, height of first contact."""
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from .. import _core
 from ..core.errors import BadArgument
 from .geometry import Cap
 
@@ -58,14 +59,14 @@ class MarkerSensor:
         """Height of the viewing plane in the sensor frame, m: the untouched sheet, or the top of the dome."""
         return 0.0 if self.is_sheet else self.height
 
+    @cached_property
+    def surface(self) -> _core.press.MarkerSurface:
+        """The undeformed surface, for kernels."""
+        return _core.press.MarkerSurface(size=np.array(self.size, float), rim_radius=self.rim_radius, height=self.height)
+
     def normal(self, xy: np.ndarray) -> np.ndarray:
         """(3,) unit normal, outwards, of the undeformed surface at xy (2,), m; outside a dome's rim that at the rim."""
-        if self.is_sheet:
-            return np.array([0.0, 0.0, 1.0])
-        curvature = (self.rim_radius**2 + self.height**2) / (2 * self.height)
-        x, y = np.asarray(xy, float).tolist()
-        inside = min(1.0, self.rim_radius / max(math.hypot(x, y), 1e-12)) / curvature
-        return np.array([x * inside, y * inside, math.sqrt(max(1 - (x * x + y * y) * inside**2, 0.0))])
+        return self.surface.normal(np.asarray(xy, float))
 
     def grid(self) -> np.ndarray:
         """(rows * columns, 2) nominal untouched marker positions, m, in sensor x and y, in the order of the marker ids."""
@@ -88,12 +89,7 @@ def dome_cap(sensor: MarkerSensor) -> Cap:
 
 def rest_points(rest: np.ndarray, camera_centre: np.ndarray, sensor: MarkerSensor) -> np.ndarray:
     """Positions (K, 3) m of untouched markers that camera_centres (K, 3) m see at rest (K, 2) m in the viewing plane; NaN where unknown."""
-    appear = np.column_stack([rest, np.full(len(rest), sensor.plane_z)])
-    if sensor.is_sheet:
-        return appear
-    rays = appear - camera_centre
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    return dome_cap(sensor).meet(camera_centre, rays)
+    return sensor.surface.rest_points(rest, camera_centre)
 
 
 def first_touch_height(xy: np.ndarray, tip_radius: float, sensor: MarkerSensor) -> np.ndarray:

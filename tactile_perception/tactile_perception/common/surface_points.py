@@ -76,8 +76,11 @@ def dot_points(shape: tuple[int, int], xyz: np.ndarray, rest: np.ndarray, state:
     SurfacePoints
     """
     normal = grid_normals(xyz.reshape(*shape, 3)).reshape(-1, 3) if min(shape) > 1 else scattered_normals(xyz)
-    force = np.full(xyz.shape, np.nan) if force is None else force
-    return SurfacePoints(shape, xyz, normal, xyz - rest, force, -np.einsum('kc,kc->k', force, normal), state)
+    if force is None:
+        force, normal_force = np.full(xyz.shape, np.nan), np.full(len(xyz), np.nan)
+    else:
+        normal_force = -np.einsum('kc,kc->k', force, normal)
+    return SurfacePoints(shape, xyz, normal, xyz - rest, force, normal_force, state)
 
 
 def scattered_normals(xyz: np.ndarray) -> np.ndarray:

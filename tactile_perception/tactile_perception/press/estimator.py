@@ -3,7 +3,6 @@
 """Contacts, region and wrench from the marker tracks of each frame, with persistent ids."""
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -13,8 +12,7 @@ import numpy as np
 from ..common.contact_tracker import may_continue
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
-from ..common.geometry import tangents
-from ..common.marker_sensor import MarkerSensor, dome_cap, rest_points
+from ..common.marker_sensor import MarkerSensor, rest_points
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..core.errors import BadArgument, BadFrame
@@ -68,71 +66,21 @@ class TouchTracker:
         return float(np.linalg.norm(one.position - before.position) / (PRESS.max_speed * (stamp_s - seen_s) + PRESS.gate_sigmas * sigma))
 
 
-RADII = np.geomspace(1e-4, 1.0, 1000)  # over the largest; interpolation of contact radii between them is accurate to 1e-5
-RADII_SQUARED, LOG_RADII = RADII**2, np.log(RADII)
-UNIT_CIRCLE = np.stack([part(np.arange(36) * 2 * np.pi / 36) for part in (np.cos, np.sin)], axis=1)  # 0.5 % less area than the disc
-
-
 def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSensor, tip_radius: float) -> ContactRegionEstimate:
     """Contact region of a frame's contacts; tip_radius: m, of tips whose radius the method does not estimate.
 
-    The outlines are the circles where the skin separates from the tips, perpendicular to the normal of the untouched surface there. A
-    marker that appears under a tip is sticking; slip is not estimated.
+    The outlines are the circles where the skin separates from the tips, perpendicular to the normal of the untouched surface there
+    (src/press/region.hpp). A marker that appears under a tip is sticking; slip is not estimated.
     """
     seen = np.flatnonzero(field.seen)
-    now, camera_centre, under = (field.rest + field.shift)[seen], field.camera_centre[seen], np.zeros(len(seen), np.uint8)
-    estimate = ContactRegionEstimate(seen, under)
     if not touches:
-        return estimate
-    discs = [_disc(touch, touch.radius if np.isfinite(touch.radius) else tip_radius, sensor) for touch in touches]
-    for centre, _, radius in discs:
-        share = (sensor.plane_z - camera_centre[:, 2:]) / (centre[2] - camera_centre[:, 2:])  # as the camera sees it in the viewing plane
-        under |= np.hypot(*(now - camera_centre[:, :2] - share * (centre[:2] - camera_centre[:, :2])).T) <= radius
-    centres, normals, radii = (np.array(part) for part in zip(*discs))
-    areas = np.pi * radii**2
-    estimate.outlines = [_circle(*disc) for disc in discs]
-    estimate.area = float(areas.sum())
-    estimate.centroid = areas @ centres / areas.sum()
-    normal = areas @ normals
-    estimate.normal = normal / np.linalg.norm(normal)
-    estimate.major_axis = estimate.minor_axis = 2 * float(radii[0]) if len(discs) == 1 else np.nan
-    return estimate
-
-
-def _disc(touch: TouchEstimate, tip_radius: float, sensor: MarkerSensor) -> tuple[np.ndarray, np.ndarray, float]:
-    """Centre (3,), m, normal (3,) and radius, m, of the contact disc between the skin and a tip of tip_radius, m."""
-    lowest = touch.position if touch.lowest is None else touch.lowest
-    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a convex skin separates from the tip sooner
-    radius = _contact_radius(touch.depth, 1 / (1 / tip_radius + bend), _clearance(lowest[:2], sensor))
-    normal = sensor.normal(lowest[:2] / (1 + tip_radius * bend))
-    return lowest + [0.0, 0.0, tip_radius] - np.sqrt(max(tip_radius**2 - radius**2, 0.0)) * normal, normal, radius
-
-
-def _contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
-    """Contact radius a, m, of a round tip on a taut membrane clamped at a distance of clearance, m.
-
-    Within a the membrane follows the tip (a paraboloid with the slope a / tip_radius at its edge); outside it solves Laplace's equation, so
-    that depth is logarithmic in the distance: depth = a^2 / tip_radius (1/2 + ln(clearance / a)).
-    """
-    largest = max(min(PRESS.max_radius_ratio * tip_radius, clearance), 1e-9)
-    depths = RADII_SQUARED * (0.5 + math.log(max(clearance, 1e-9) / largest) - LOG_RADII)
-    return largest * float(np.interp(depth * tip_radius / largest**2, depths, RADII))
-
-
-def _clearance(position: np.ndarray, sensor: MarkerSensor) -> float:
-    """Conformal radius, m, of the clamped area at a position (2,), m: of the circular membrane that is as compliant in its centre.
-
-    That of a disc is (R^2 - r^2) / R; that of a rectangle is approximated from those of its two strips.
-    """
-    if not sensor.is_sheet:
-        return max(sensor.rim_radius - position @ position / sensor.rim_radius, 0.0)
-    size = np.array(sensor.size)
-    return float(np.sum((2 * size / np.pi * np.cos(np.pi * np.clip(position / size, -0.499, 0.499)))**-4.0)**-0.25)
-
-
-def _circle(centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
-    """Corners (36, 3), m, around the disc."""
-    return centre + radius * UNIT_CIRCLE @ tangents(normal)
+        return ContactRegionEstimate(seen, np.zeros(len(seen), np.uint8))
+    tips = np.array([[*(one.position if one.lowest is None else one.lowest), one.depth,
+                      one.radius if np.isfinite(one.radius) else tip_radius] for one in touches])
+    region = sensor.surface.press_region(tips, (field.rest + field.shift)[seen], field.camera_centre[seen], PRESS.max_radius_ratio)
+    outlines = list(region.corners.reshape(len(touches), -1, 3))
+    return ContactRegionEstimate(seen, region.under.astype(np.uint8), outlines, area=region.area, centroid=region.centroid,
+                                 normal=region.normal, major_axis=region.diameter, minor_axis=region.diameter)
 
 
 _NO_DOTS = np.zeros(0, bool)

@@ -7,6 +7,7 @@ The field holds apparent marker positions in the viewing plane relative to the u
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 
+from .. import _core
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.marker_sensor import MarkerSensor
@@ -65,56 +67,42 @@ def marker_radii(field: MarkerField) -> np.ndarray:
     return np.sqrt(untouched / np.pi) * np.nanmedian(apart / apart_px)
 
 
-class CameraView:
-    """One camera, with lens distortion, that views the plane z = plane_z, m, of the sensor frame."""
+class MarkerView:
+    """A camera, with lens distortion, that views the plane z = plane_z, m, of the sensor frame.
 
-    def __init__(self, camera: CameraModel, plane_z: float = 0.0):
-        self.camera = camera
-        self.metres_per_px = abs(plane_z - camera.centre[2]) / camera.matrix[0, 0]
-        self._plane_z = plane_z
-
-    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Project uv (N, 2), px, onto the viewing plane.
-
-        Returns (N, 3), apparent x and y, m, and the area of a pixel there, m^2, NaN where uv is NaN; and the camera centres (N, 3), m, or
-        the common one (1, 3).
-        """
-        centre = self.camera.centre
-        return self.camera.kernel.back_project(np.asarray(uv, float), centre=centre, plane_z=self._plane_z), centre[None]
-
-
-@dataclass(frozen=True)
-class StitchedView:
-    """An image of the viewing plane that is stitched from two cameras.
-
-    Attributes
+    Parameters
     ----------
-    metres_per_px : float
-        Scale of the image.
-    origin : ndarray, shape (2,)
-        Image of the origin of the sensor frame in px.
+    camera : CameraModel
+        The camera.
+    plane_z : float
+        Height of the plane in m.
     seam : float
-        Column of the seam in px.
-    camera_centres : ndarray, shape (2, 3)
-        Centres of the left and the right camera in m.
+        Column, in px, beyond which markers are seen from the second of camera_centres, in an image that is stitched from two cameras.
+    camera_centres : ndarray, shape (2, 3), or None
+        Centres of those cameras in m; None: that of camera.
     """
 
-    metres_per_px: float
-    origin: np.ndarray
-    seam: float
-    camera_centres: np.ndarray
+    def __init__(self, camera: CameraModel, plane_z: float = 0.0, seam: float = np.inf, camera_centres: np.ndarray | None = None):
+        self.camera = camera
+        centres = np.tile(camera.centre, (2, 1)) if camera_centres is None else np.asarray(camera_centres, float)
+        self.kernel = _core.press.MarkerView(camera=camera.kernel, centre=camera.centre, plane_z=plane_z, seam=seam, camera_centres=centres)
 
-    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Project as CameraView does."""
-        uv = np.asarray(uv, float).reshape(-1, 2)
-        camera_centre = np.asarray(self.camera_centres, float)[(uv[:, 0] > self.seam).astype(int)]
-        return np.column_stack([(uv - self.origin) * self.metres_per_px, np.full(len(uv), self.metres_per_px**2)]), camera_centre
+    def back_project(self, uv: np.ndarray) -> np.ndarray:
+        """Project uv (N, 2), px: apparent x and y, m, and the area of a pixel there, m^2, (N, 3); NaN where uv is NaN."""
+        return self.kernel.back_project(np.asarray(uv, float))
 
 
-MarkerView = CameraView | StitchedView
+def stitched_view(metres_per_px: float, origin: np.ndarray, seam: float, camera_centres: np.ndarray) -> MarkerView:
+    """Make the view of an image of the viewing plane that is stitched from two cameras.
+
+    origin: (2,) px, image of the origin of the sensor frame; seam: px, its column; camera_centres: (2, 3) m, of the left and the right
+    camera.
+    """
+    matrix = np.array([[1 / metres_per_px, 0.0, origin[0]], [0.0, 1 / metres_per_px, origin[1]], [0.0, 0.0, 1.0]])
+    return MarkerView(CameraModel(matrix, translation=np.array([0.0, 0.0, 1.0])), 0.0, seam, camera_centres)  # a pinhole a metre away
 
 
-def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:
+def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> MarkerView:
     """Make the view of one camera with K (3, 3) and distortion (5,) whose untouched markers are at rest_uv (K, 2), px; NaN: not visible.
 
     The pose follows from the untouched markers and the nominal grid of a sheet (cv2.solvePnP). Raises BadArgument if the sensor has no flat
@@ -134,31 +122,7 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
         found = False
     if not found:
         raise BadFrame('no pose of the camera fits the untouched markers; check camera_info, rows, columns and pitch')
-    return CameraView(CameraModel(matrix, distortion, cv2.Rodrigues(rotation)[0], translation.ravel()), sensor.plane_z)
-
-
-def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
-    """Make the field of one frame's tracks, whose ids index rest_area (K,), px^2 (NaN: unknown). Raises BadArgument for other ids."""
-    _check_ids(tracks, len(rest_area))
-
-    def by_marker(values: np.ndarray) -> np.ndarray:
-        """Arrange values (N, ...) of the tracks by marker (K, ...); NaN without a value."""
-        out = np.full((len(rest_area), *values.shape[1:]), np.nan)
-        out[tracks.id] = values
-        return out
-
-    positions, camera_centres = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
-    now, rest = positions[:len(tracks)], positions[len(tracks):]
-    with np.errstate(invalid='ignore', divide='ignore'):
-        growth = np.log(tracks.area / rest_area[tracks.id] * (now[:, 2] / rest[:, 2]))
-    growth[~np.isfinite(growth)] = np.nan
-    return MarkerField(*map(by_marker, (rest[:, :2], now[:, :2] - rest[:, :2], growth, camera_centres[:len(tracks)],
-                                        tracks.uv, tracks.duv, tracks.area)))
-
-
-def _check_ids(tracks: DotTracks, count: int) -> None:
-    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < count):
-        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {count} markers')
+    return MarkerView(CameraModel(matrix, distortion, cv2.Rodrigues(rotation)[0], translation.ravel()), sensor.plane_z)
 
 
 class RestMarkers:
@@ -170,52 +134,31 @@ class RestMarkers:
         Number K of markers.
     make_view : callable
         Makes the view from untouched positions (K, 2), px, NaN if not visible; may raise BadFrame.
-
-    Attributes
-    ----------
-    uv : ndarray, shape (K, 2)
-        Untouched positions in px.
-    area : ndarray, shape (K,)
-        Untouched areas in px^2.
     """
 
     def __init__(self, count: int, make_view: Callable[[np.ndarray], MarkerView]):
-        self._make_view = make_view
-        self.uv, self.area = np.full((count, 2), np.nan), np.full(count, np.nan)
-        self._counts, self._stamp_s = np.zeros(count), np.nan
-        self._view_uv: np.ndarray | None = None
-        self._view: MarkerView | None = None
+        self._make_view, self._view = make_view, None
+        rule = _core.press.RestRule(untouched_px=PRESS.untouched_px, area_time_s=PRESS.area_time_s)
+        self._kernel = _core.press.RestMarkers(count, rule)
+
+    @property
+    def uv(self) -> np.ndarray:
+        """(K, 2) untouched positions, px."""
+        return self._kernel.uv
+
+    @property
+    def area(self) -> np.ndarray:
+        """(K,) untouched areas, px^2."""
+        return self._kernel.area
 
     def field(self, tracks: DotTracks, stamp_s: float) -> MarkerField:
         """Make the field of the frame at stamp_s, s. Raises BadFrame without a view, BadArgument for ids of another pattern."""
-        _check_ids(tracks, len(self.area))
-        rest = tracks.rest_uv
-        reported = np.isfinite(rest).all(1)
-        id, now = tracks.id[reported], rest[reported]
-        min_weight = max(stamp_s - self._stamp_s, 0.0) / PRESS.area_time_s if np.isfinite(self._stamp_s) else 0.0
-        still = np.abs(tracks.duv[reported]).max(1, initial=0) <= PRESS.untouched_px
-        uv, area, counts = self._followed(id, now, still, tracks.area[reported], min_weight)
-        view, view_uv = self._view, self._view_uv
-        if view is None or not (np.abs(now - view_uv[id]) <= PRESS.untouched_px).all():
-            view, view_uv = self._make_view(uv), uv
-        field = marker_field(tracks, area, view)
-        self.uv, self.area, self._counts, self._view, self._view_uv, self._stamp_s = uv, area, counts, view, view_uv, stamp_s
+        kernel = copy(self._kernel)
+        kernel.follow(tracks.id, tracks.uv, tracks.duv, tracks.area, stamp_s)
+        view = self._make_view(kernel.uv) if kernel.is_view_outdated else self._view
+        field = MarkerField(*kernel.field(view.kernel))
+        self._kernel, self._view = kernel, view
         return field
-
-    def _followed(self, id: np.ndarray, rest: np.ndarray, still: np.ndarray, area: np.ndarray,
-                  min_weight: float) -> tuple[np.ndarray, ...]:
-        """Update positions, mean areas and their numbers of samples with the untouched positions and areas of a frame.
-
-        still: markers that hardly move, whose areas are averaged; min_weight: minimum weight of a new area.
-        """
-        uv, mean, counts = self.uv.copy(), self.area.copy(), self._counts.copy()
-        counts[id[~(np.abs(rest - uv[id]) <= PRESS.untouched_px).all(1)]] = 0
-        uv[id] = rest
-        id, area = id[still], area[still]
-        counts[id] += 1
-        weight = np.maximum(1 / counts[id], min(min_weight, 1.0))  # at most 1: each has been counted
-        mean[id] = np.where(counts[id] == 1, area, mean[id] + weight * (area - mean[id]))
-        return uv, mean, counts
 
 
 def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | None, stitching: Mapping | None,
@@ -230,8 +173,8 @@ def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | N
         return None
     if stitching is None and sensor.is_sheet:
         return lambda rest_uv: camera_view(*matrices, rest_uv, sensor)
-    view = (CameraView(CameraModel(*matrices, *pose), sensor.plane_z) if stitching is None else
-            stitched_view(stitching_from_dict(stitching, 'calibration: stitching')))
+    view = (MarkerView(CameraModel(*matrices, *pose), sensor.plane_z) if stitching is None else
+            _view_of(stitching_from_dict(stitching, 'calibration: stitching')))
     return lambda _rest_uv: view
 
 
@@ -253,9 +196,8 @@ def checked_view(make_view: Callable[[np.ndarray], MarkerView], rest: np.ndarray
     return checked
 
 
-def stitched_view(stitching: Stitching) -> StitchedView:
-    """Make the view of an image with this stitching."""
-    return StitchedView(1 / stitching.scale, np.asarray(stitching.origin, float), stitching.seam, stitching.camera_centres)
+def _view_of(stitching: Stitching) -> MarkerView:
+    return stitched_view(1 / stitching.scale, stitching.origin, stitching.seam, stitching.camera_centres)
 
 
 def common_rest(fields) -> tuple[np.ndarray, np.ndarray]:

@@ -89,5 +89,5 @@ class MarkerStage(DotStage):
         field = model.rest.field(tracks, stamp_s)
         result = model.contact.touches(tracks, field, stamp_s) if of_contact else None
         if not self._takes_dots and ('dots' in topics or 'points' in topics):
-            tracks.xyz = model.positions.xyz(field, tracks.id)
+            tracks.xyz = model.positions.xyz(field)[tracks.id]
         return convert.results_to_messages(result, header, of_contact) if of_contact else {}

@@ -8,6 +8,7 @@ from scipy.interpolate import BSpline
 
 from tactile_driver.lens import farthest_square
 from tactile_perception._core.common import Camera
+from tactile_perception._core.press import MarkerView
 from tactile_perception.common.geometry import (
     Cap,
     FrameTree,
@@ -301,7 +302,7 @@ def camera(lens, rotation=ROTATION):
 
 
 def seen(uv, lens, rotation=ROTATION):
-    return camera(lens, rotation).back_project(uv, centre=CENTRE, plane_z=PLANE_Z)
+    return MarkerView(camera=camera(lens, rotation), centre=CENTRE, plane_z=PLANE_Z, camera_centres=np.zeros((2, 3))).back_project(uv)
 
 
 def image(positions, lens, rotation=ROTATION):

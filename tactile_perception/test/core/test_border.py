@@ -66,6 +66,10 @@ def camera(**given):
     return _core.common.Camera(**CAMERA | {name: given[name] for name in CAMERA if name in given}, farthest=1.5)
 
 
+def marker_view(centre=CENTRE['centre'], **given):
+    return _core.press.MarkerView(camera=camera(**given), centre=centre, camera_centres=np.zeros((2, 3)))
+
+
 def contact_point(centroid=SHAPE['centroid'], normal=SHAPE['normal'], **patch):
     shape = _core.touchpad.RegionShape(centroid=centroid, normal=normal, area=1e-5, pitch=1.3e-3, sigma=3e-5)
     return fields(_core.touchpad.contact_point(**PATCH | patch, region=shape, rest=_core.touchpad.RestCap(centre_z=-0.01, radius=0.02)))
@@ -93,8 +97,7 @@ CALLS = {
     'water_ranges': (lambda **a: water_ranges(**PAD | a), PAD),
     'water_lengths': (water_lengths, DYED),
     'rays': (lambda uv=SEEN_PX['uv'], **a: [camera(**a).rays(uv)], SEEN_PX | CAMERA),
-    'back_project': (lambda uv=SEEN_PX['uv'], centre=CENTRE['centre'], **a: [camera(**a).back_project(uv, centre=centre, plane_z=0.0)],
-                     SEEN_PX | CAMERA | CENTRE),
+    'back_project': (lambda uv=SEEN_PX['uv'], **a: [marker_view(**a).back_project(uv)], SEEN_PX | CAMERA | CENTRE),
     'Membrane': (lambda **a: fields(membrane(**a)), {'rest': DOTS, 'origin': np.zeros(3)}),
     'forces': (lambda xyz=DOTS: membrane().forces(xyz), {'xyz': DOTS}),
     'solve': (lambda **a: fields(membrane().solve(**FRAME | a)), FRAME),

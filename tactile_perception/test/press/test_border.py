@@ -33,8 +33,9 @@ DOME = {'edges': np.linspace(0, 1, 4),
 DOME_PLAN = press.DomePlan(curvature=0.15, centre_z=-0.04, disc_scale=0.9, reach=0.3, depth=0.04, power=1.5, radius=0.02, radius_spread=0.8)
 DOME_PRESS = {'points': np.full((5, 3), 0.01), 'presses': np.zeros((1, 7))}
 DOME_MARKERS = {'points': np.full((5, 3), 0.01), 'camera_centres': np.zeros((5, 3))}
-DOME_FRAME = {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'shared': np.full((5, 2), 0.1)}
-PRIOR = {'mean': np.zeros(7), 'weight': np.ones(7), 'lowest': np.full(7, -3.0), 'highest': np.full(7, 3.0), 'longest': np.full(7, 0.1)}
+DOME_MARKERS['smooth'] = np.full((5, 2), 0.1)
+DOME_FRAME = {'shift': np.full((5, 2), 1e-3)}
+LONGEST = {'longest': np.full(7, 0.1)}
 
 
 def markers(**arrays):
@@ -61,10 +62,10 @@ def show(presses=PRESSES['presses'], shown=None, **arrays):
     return fields((shown or table()).show(markers(**arrays), presses, 0.3))
 
 
-def fit_dome(starts=np.zeros((1, 7)), prior=PRIOR, **arrays):
-    made = [{name: arrays.get(name, value) for name, value in usual.items()} for usual in (DOME_MARKERS, DOME_FRAME)]
-    return press.DomeLibrary(DOME_PLAN, **DOME).fit(press.DomeMarkers(**made[0], plane_z=0.12), press.DomeFrame(**made[1]),
-                                                    press.PressPrior(**prior), starts)
+def fit_dome(starts=np.zeros((1, 7)), shift=DOME_FRAME['shift'], longest=LONGEST['longest'], **arrays):
+    errors = press.DomeErrors(still=1e-5, share=0.01, top=0.01, longest=longest)
+    prior = press.DomePrior(drag=0.1, friction=0.1, tip_sigma=0.3, together=0.1)
+    return press.DomeLibrary(DOME_PLAN, **DOME).fit(press.DomeMarkers(**DOME_MARKERS | arrays, plane_z=0.12), errors, prior, shift, starts)
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
@@ -77,8 +78,7 @@ CALLS = {
                                                                       scale=8e-3)[None], FIELD | POSITIONS),
     'DomeLibrary': (lambda **a: [press.DomeLibrary(DOME_PLAN, **DOME | a).moved(**DOME_PRESS)], DOME),
     'moved': (lambda **a: [press.DomeLibrary(DOME_PLAN, **DOME).moved(**DOME_PRESS | a)], DOME_PRESS),
-    'fit_dome': (lambda **a: fields(fit_dome(**a)), {'starts': np.zeros((1, 7))} | DOME_MARKERS | DOME_FRAME),
-    'PressPrior': (lambda **a: fields(fit_dome(prior=PRIOR | a)), PRIOR),
+    'fit_dome': (lambda **a: fields(fit_dome(**a)), {'starts': np.zeros((1, 7))} | DOME_MARKERS | DOME_FRAME | LONGEST),
 }
 
 test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory = arrays_test(CALLS)
@@ -99,7 +99,7 @@ def test_a_table_of_numbers_out_of_range_is_refused_by_name(wrong):
         table(**wrong)
 
 
-@pytest.mark.parametrize('one', [NOISE, LOAD, DOME_PLAN, press.PressPrior(**PRIOR), press.SheetFrame(**FRAME)])
+@pytest.mark.parametrize('one', [NOISE, LOAD, DOME_PLAN, press.SheetFrame(**FRAME)])
 def test_structs_are_copied(one):
     for other in (copy.copy(one), copy.deepcopy(one)):
         for name in dir(one):

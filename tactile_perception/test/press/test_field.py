@@ -12,8 +12,8 @@ from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.core.errors import BadArgument, BadFrame
-from tactile_perception.press.field import CameraView, MarkerField, RestMarkers, StitchedView, camera_view, marker_field, view_maker
-from tactile_perception.press.positions import MarkerPositions, SheetSurface, on_rays
+from tactile_perception.press.field import MarkerField, MarkerView, RestMarkers, camera_view, stitched_view, view_maker
+from tactile_perception.press.positions import MarkerPositions
 
 SENSOR = MARKER_SENSORS['areal_single']
 MATRIX = np.array([[560.0, 0, 321], [0, 561.0, 238], [0, 0, 1]])
@@ -32,15 +32,18 @@ def test_the_pose_is_found_from_the_visible_markers():
     rest[::5] = np.nan
     view = view_maker(SENSOR, (MATRIX, DISTORTION), None)(rest)
     assert view.camera.centre == pytest.approx(CAMERA.centre, abs=1e-7)
-    seen, camera_centre = view.back_project(rest)
+    seen = view.back_project(rest)
     assert np.nanmax(np.abs(seen[:, :2] - SENSOR.grid())) < 1e-7 and np.isnan(seen[0]).all()
-    assert camera_centre[0] == pytest.approx(CAMERA.centre, abs=1e-7)
 
 
 def test_the_field_is_the_projection_onto_the_plane():
     view, ids = camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR), np.arange(3, 100)
-    pressed = GRID + [0, 0, -0.005]
-    field = marker_field(tracks(pressed, ids), np.full(117, 100.0), view)
+    pressed, markers = GRID + [0.001, 0, -0.005], RestMarkers(117, lambda uv: view)
+    untouched = tracks(GRID, np.arange(117))
+    untouched.area = np.full(117, 100.0)
+    markers.field(untouched, 0.0)
+    field = markers.field(tracks(pressed, ids), 0.1)
+    assert field.camera_centre[50] == pytest.approx(CAMERA.centre, abs=1e-7)
     centre = CAMERA.centre
     appears = centre[:2] + (pressed[:, :2] - centre[:2]) * (centre[2] / (centre[2] + 0.005))
     assert field.seen.tolist() == [3 <= k < 100 for k in range(117)]
@@ -52,8 +55,8 @@ def test_areas_are_corrected_for_lens_distortion():
     view = camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR)
     corner = CAMERA.project(np.array([[0.027, 0.018, 0], [0.0271, 0.018, 0], [0.027, 0.0181, 0]]))
     px = abs(np.linalg.det(corner[1:] - corner[0]))
-    assert view.back_project(corner[:1])[0][0, 2] * px == pytest.approx(1e-8, rel=1e-3)
-    assert view.back_project(corner[:1])[0][0, 2] / view.back_project([[321.0, 238.0]])[0][0, 2] > 1.03
+    assert view.back_project(corner[:1])[0, 2] * px == pytest.approx(1e-8, rel=1e-3)
+    assert view.back_project(corner[:1])[0, 2] / view.back_project([[321.0, 238.0]])[0, 2] > 1.03
 
 
 def test_inconsistent_input_is_refused():
@@ -62,11 +65,11 @@ def test_inconsistent_input_is_refused():
     with pytest.raises(BadFrame, match='too few'):
         camera_view(MATRIX, DISTORTION, np.full((117, 2), np.nan), SENSOR)
     with pytest.raises(BadArgument, match='marker ids'):
-        marker_field(tracks(GRID, np.arange(100)), np.ones(50), camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR))
+        RestMarkers(50, lambda uv: VIEW).field(tracks(GRID, np.arange(100)), 0.0)
 
 
 REST = np.array([[10.0, 10.0], [30.0, 10.0], [10.0, 30.0], [30.0, 30.0]])
-VIEW = StitchedView(1e-4, np.zeros(2), 20.0, np.array([[-0.02, 0.0, -0.05], [0.02, 0.0, -0.05]]))
+VIEW = stitched_view(1e-4, np.zeros(2), 20.0, np.array([[-0.02, 0.0, -0.05], [0.02, 0.0, -0.05]]))
 
 
 def tracks_markers(duv, area, id=(0, 1, 2, 3), rest=REST):
@@ -129,16 +132,19 @@ STITCHING = Stitching(side(-0.02), side(0.02), (800, 500), 1e4, np.array([400.0,
 def test_the_camera_pose_of_a_dome_is_that_of_the_parameters():
     pose = np.eye(3), np.array([0.0, 0.0, 0.045])
     view = view_maker(MARKER_SENSORS['air_cushion'], (PLAIN, NO_DISTORTION), None, pose)(None)
-    seen, camera_centres = view.back_project(np.array([(320.0, 240.0), (420.0, 240.0)]))
-    assert camera_centres[0] == pytest.approx([0, 0, -0.045])
+    seen = view.back_project(np.array([(320.0, 240.0), (420.0, 240.0)]))
+    assert view.camera.centre == pytest.approx([0, 0, -0.045])
     assert seen[:, :2] == pytest.approx(np.array([(0, 0), (0.2 * 0.165, 0)]))
 
 
 def test_a_stitched_image_is_a_plane_with_two_camera_centres():
     view = view_maker(MARKER_SENSORS['areal_dual'], None, STITCHING.to_dict())(None)
-    seen, camera_centres = view.back_project(np.array([(300.0, 250.0), (500.0, 350.0), (np.nan, np.nan)]))
+    uv = np.array([(300.0, 250.0), (500.0, 350.0), (np.nan, np.nan)])
+    seen = view.back_project(uv)
     assert seen[:2] == pytest.approx(np.array([(-0.01, 0, 1e-8), (0.01, 0.01, 1e-8)]), abs=1e-12) and np.isnan(seen[2, :2]).all()
-    assert camera_centres[:2] == pytest.approx(np.array([(-0.02, 0, -0.05), (0.02, 0, -0.05)]))
+    tracked = DotTracks(1, 3, np.arange(3), uv, np.ones(3), np.ones(3), np.zeros((3, 2)))
+    field = RestMarkers(3, lambda uv: view).field(tracked, 0.0)
+    assert field.camera_centre[:2] == pytest.approx(np.array([(-0.02, 0, -0.05), (0.02, 0, -0.05)]))
 
 
 UNTOUCHED = SENSOR.grid()
@@ -147,7 +153,7 @@ EYE = np.array([1e-3, -2e-3, -0.062])
 
 @pytest.fixture(scope='module')
 def surface():
-    return SheetSurface(SENSOR)
+    return MarkerPositions(SENSOR)
 
 
 def appears(xyz):
@@ -167,7 +173,7 @@ def found(surface, xyz, noise=5e-6, camera_centres=None):
     position = appears(xyz) + noise * np.random.default_rng(0).standard_normal(UNTOUCHED.shape)
     plain = np.full(len(UNTOUCHED), np.nan)
     field = MarkerField(UNTOUCHED, position - UNTOUCHED, plain, camera_centres, UNTOUCHED, UNTOUCHED, plain)
-    return on_rays(field, surface.raised(field), SENSOR)
+    return surface.xyz(field)
 
 
 @pytest.mark.parametrize('tip', [(0.0, 0.0), (0.015, -0.010), (-0.018, 0.008)])
@@ -198,7 +204,7 @@ def test_missing_markers_have_no_position_and_do_not_affect_others(surface):
 @pytest.mark.parametrize('wrong', [{'size': (0.05, 0.045)}, {'rows': 13}, {'rows': 1, 'columns': 117}])
 def test_inconsistent_arguments_are_refused(wrong):
     with pytest.raises(BadArgument, match='sheet'):
-        SheetSurface(replace(SENSOR, **wrong))
+        MarkerPositions(replace(SENSOR, **wrong))
 
 
 DOME_CAMERA = CameraModel(np.array([[230.0, 0, 320], [0, 230, 240], [0, 0, 1]]), translation=-DOME_EYE)
@@ -215,8 +221,8 @@ def dots_at(xyz):
 
 def positions(method=None):
     """A function of dots that returns their positions; method: of the dome."""
-    markers = RestMarkers(len(ON_DOME), lambda uv: CameraView(DOME_CAMERA, DOME.plane_z))
-    return lambda dots: MarkerPositions(DOME, method).xyz(markers.field(dots, 0.0), dots.id)
+    markers = RestMarkers(len(ON_DOME), lambda uv: MarkerView(DOME_CAMERA, DOME.plane_z))
+    return lambda dots: MarkerPositions(DOME, method).xyz(markers.field(dots, 0.0))[dots.id]
 
 
 class Knows:

@@ -13,12 +13,12 @@ from tactile_perception.core.errors import BadArgument, BadFrame
 from tactile_perception.press.calibration import TouchCalibration
 from tactile_perception.press.estimate import AT_EDGE, TouchEstimate
 from tactile_perception.press.estimator import TouchEstimator, TouchTracker
-from tactile_perception.press.field import RestMarkers, StitchedView, checked_view
+from tactile_perception.press.field import RestMarkers, checked_view, stitched_view
 from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.parameters import MARKER_PARAMETERS
 
 SENSOR = MARKER_SENSORS['areal_single']
-VIEW = StitchedView(1e-4, np.array([320.0, 240.0]), 1000.0, np.tile([0.0, 0.0, -0.06], (2, 1)))
+VIEW = stitched_view(1e-4, np.array([320.0, 240.0]), 1000.0, np.tile([0.0, 0.0, -0.06], (2, 1)))
 REST = SENSOR.grid() / 1e-4 + [320.0, 240.0]
 WRENCH = np.array([0.1, 0.0, -1.5, 0.0, 0.002, 0.0])
 

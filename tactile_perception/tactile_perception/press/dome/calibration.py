@@ -3,7 +3,7 @@
 """Calibration of the dome model: identification, library of simulated presses, noise and remaining errors."""
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -20,7 +20,20 @@ from .library import DomeLibrary, DomePlan, build_library
 from .mechanics import DomeMaterial, DomeMesh, MeshPlan, OnMesh, appear_at, centres_of, outlines, press_dome, shift_of
 from .model import DEPTH, DomeCalibration, DomeFound, DomeInverse, FieldNoise, shallowness, straight_press
 
-#: Prior, mean and standard deviation, of the logs of log prestretch, gas and friction: sealed air at 1.5 kPa, or any other gas
+
+@dataclass(frozen=True)
+class PrintedDome:
+    """The untouched dome.
+
+    points, camera_centres: (K, 3) m, of the markers, NaN if unknown; cap: its shape; plane_z: m, of the viewing plane; marker: m, radius of
+    the markers.
+    """
+
+    points: np.ndarray
+    camera_centres: np.ndarray
+    cap: Cap
+    plane_z: float
+    marker: float
 
 
 def numbers_of(logs: np.ndarray) -> tuple[DomeMaterial, float]:
@@ -29,15 +42,12 @@ def numbers_of(logs: np.ndarray) -> tuple[DomeMaterial, float]:
     return DomeMaterial(float(np.exp(-6 * stretch)), gas, friction), radius
 
 
-def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float, marker: float,
-                  radius: float) -> tuple[DomeMaterial, float]:
+def identify_dome(presses: Presses, dome: PrintedDome, radius: float) -> tuple[DomeMaterial, float]:
     """Identify the material and the tip radius, m, that best explain straight presses.
 
-    points, camera_centres: (K, 3) m, of the markers, NaN if unknown; plane_z: m, of the viewing plane; marker: m, radius of the markers;
     radius: m, prior mean of the tip radius. Raises BadCalibration if the presses cannot be simulated.
     """
-    explain = partial(_explained, presses.some(*DOME.positions_and_depths), deepest=presses.depth.max(), points=points,
-                      camera_centres=camera_centres, cap=cap, plane_z=plane_z, marker=marker)
+    explain = partial(_explained, presses.some(*DOME.positions_and_depths), deepest=presses.depth.max(), dome=dome)
     prior = Prior(np.log([*DOME.prior_mean, radius]), np.append(DOME.prior_sigma, DOME.radius_sigma),
                   np.log(DOME.min_numbers), np.log(DOME.max_numbers))
     starts = [np.append(np.log([stretch, gas, friction]), prior.mean[3]) for stretch, friction in DOME.starts for gas in DOME.gas_starts]
@@ -58,18 +68,17 @@ def _explained(groups: list[Presses], tried: list[np.ndarray], **known) -> list[
     return [np.nan_to_num(one[seen], nan=DOME.unsolved_error) / (DOME.model_error * np.sqrt(seen.sum())) for one in reported]
 
 
-def _residuals(case: tuple[Presses, np.ndarray], deepest: float, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float,
-               marker: float) -> np.ndarray:
+def _residuals(case: tuple[Presses, np.ndarray], deepest: float, dome: PrintedDome) -> np.ndarray:
     """Weighted residuals of presses at one position for these logs; NaN if unknown or not converged."""
     pressed, (material, radius) = case[0], numbers_of(case[1])
     (x, y), steps = pressed.position[:, :2].mean(0), load_steps(pressed.depth)
-    mesh, turn = DomeMesh(shift_of(np.hypot(x, y), radius, cap), cap, MeshPlan()), np.arctan2(y, x)
+    mesh, turn = DomeMesh(shift_of(np.hypot(x, y), radius, dome.cap), dome.cap, MeshPlan()), np.arctan2(y, x)
     fields = press_dome(mesh, steps, radius, material, drags=0).straight[np.searchsorted(steps, pressed.depth)]
     cos, sin = np.cos(turn), np.sin(turn)
     turned = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    known = np.isfinite(points).all(axis=1)
-    rest, camera_centres, residuals = outlines(points[known], marker, cap), camera_centres[known], []
-    before, distance = appear_at(rest, camera_centres), plane_z - camera_centres[:, 2:]
+    known = np.isfinite(dome.points).all(axis=1)
+    rest, camera_centres, residuals = outlines(dome.points[known], dome.marker, dome.cap), dome.camera_centres[known], []
+    before, distance = appear_at(rest, camera_centres), dome.plane_z - camera_centres[:, 2:]
     on_mesh = OnMesh(mesh, rest.reshape(-1, 3) @ turned.T)
     for field, seen, depth in zip(fields, pressed.fields, pressed.depth):
         moved = on_mesh.displaced(field) @ turned
@@ -107,8 +116,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
     inverse = first.inverse(sensor)
     quiet = max((inverse.score(inverse.match(field)) for field in still), default=0.0)
-    same_tip = replace(straight_press(), rougher=0.0, wider=0.0)  # of presses with the identified tip and friction
-    found = [inverse.solve(field, _true(position, depth), same_tip) for field, position, depth in _rows(some)]
+    found = [inverse.solve(field, _true(position, depth), straight_press(is_known=True)) for field, position, depth in _rows(some)]
     return replace(_with_remaining_errors(first, found, some), quiet=float(quiet))
 
 
@@ -117,8 +125,8 @@ def _simulated(presses: Presses, rest: np.ndarray, camera_centres: np.ndarray, s
     """Identify the dome and simulate its library."""
     marker, cap = _marker_radius(presses.fields[0], rest_points(rest, camera_centres, sensor), camera_centres, sensor), dome_cap(sensor)
     points = centres_of(rest, camera_centres, marker, sensor)
-    material, radius = identify_dome(presses, points, np.nan_to_num(camera_centres), cap, sensor.plane_z, marker,
-                                     _tip_radius(presses, sensor))
+    dome = PrintedDome(points, np.nan_to_num(camera_centres), cap, sensor.plane_z, marker)
+    material, radius = identify_dome(presses, dome, _tip_radius(presses, sensor))
     reach = min(reached + DOME.reach_margin * max(sensor.pitch), 0.9 * sensor.rim_radius)
     camera_centre = float(np.nanmedian(camera_centres[:, 2]))
     plan = DomePlan(sensor.rim_radius, sensor.height, radius, PRESS.depth_margin * deepest, reach, marker, camera_centre)

@@ -38,43 +38,28 @@ class FieldNoise:
     top: float
 
 
-@dataclass(frozen=True)
-class PressPrior:
-    """Prior of a press.
-
-    drag: standard deviation of the displacement of the drag over the depth; friction: of the friction number (FRICTIONS in library.py);
-    tip, tip_sigma: mean and standard deviation of the log radius over the library's spread; together: RMS error of the sum of the presses'
-    fields over the largest displacement; rougher, wider: true standard deviations of friction number and log radius, which covariances
-    include if they are larger than those of the fit.
-    """
-
-    drag: float
-    friction: float
-    tip: float = 0.0
-    tip_sigma: float = 0.0
-    together: float = 0.0
-    rougher: float = 0.0
-    wider: float = 0.0
-
-
-def straight_press() -> PressPrior:
-    """Prior of a straight press, which hardly depends on friction."""
+def straight_press(is_known: bool = False) -> _core.press.DomePrior:
+    """Prior of a straight press, which hardly depends on friction. is_known: whether tip and friction are those of the calibration."""
+    drag, friction = DOME.straight
     unknown_tip = float(np.log(DOME.unknown_tips[1] / DOME.unknown_tips[0]) / np.sqrt(12) / np.log(DOME.radius_ratio))
-    return PressPrior(*DOME.straight, tip_sigma=DOME.tip_sigma, rougher=DOME.unknown_friction, wider=unknown_tip)
+    unknown = {} if is_known else {'rougher': DOME.unknown_friction, 'wider': unknown_tip}
+    return _core.press.DomePrior(drag=drag, friction=friction, tip_sigma=DOME.tip_sigma, **unknown)
 
 
-def dragged_press(radius: tuple[float, float] | None = None) -> PressPrior:
+def dragged_press(radius: tuple[float, float] | None = None) -> _core.press.DomePrior:
     """Prior of a dragged press. It rotates the friction of the press into the drag, so that none of it remains once the tip slips.
 
     radius: mean and standard deviation of the log radius over the library's spread.
     """
-    return PressPrior(*DOME.dragged, *(radius or (0.0, DOME.tip_sigma)))
+    drag, friction = DOME.dragged
+    tip, tip_sigma = radius or (0.0, DOME.tip_sigma)
+    return _core.press.DomePrior(drag=drag, friction=friction, tip=tip, tip_sigma=tip_sigma)
 
 
-def two_presses() -> PressPrior:
+def two_presses() -> _core.press.DomePrior:
     """Prior of two: the more one is dragged by the other or slips, the less else the markers determine; gas and tension are shared."""
     drag, friction, together = DOME.two
-    return PressPrior(drag, friction, tip_sigma=DOME.tip_sigma, together=together)
+    return _core.press.DomePrior(drag=drag, friction=friction, tip_sigma=DOME.tip_sigma, together=together)
 
 
 @dataclass(frozen=True)
@@ -109,16 +94,19 @@ class DomeInverse:
                  pitch: float):
         self.library, self.noise, self.points, self._plane_z = library, noise, np.array(points, float), plane_z
         self._camera_centres = np.array(np.nan_to_num(camera_centres), float)
-        self._markers = _core.press.DomeMarkers(points=self.points, camera_centres=self._camera_centres, plane_z=plane_z)
         self._rest = seen_at(self.points, self._camera_centres, plane_z)
+        self._markers = _core.press.DomeMarkers(points=self.points, camera_centres=self._camera_centres, plane_z=plane_z,
+                                                smooth=_polynomials(self._rest))
+        self._errors = _core.press.DomeErrors(**vars(noise), alike=DOME.alike, not_linear=DOME.not_linear[0],
+                                              longest=np.array(DOME.max_steps))
         self.starts = _starts(library)
         shown = np.array([self.appear(start[None]) for start in self.starts]).reshape(len(self.starts), -1)
         self._shown = shown.astype(np.float32)  # far more accurate than the noise of markers, and half as much to read
         self._sizes = np.sum(shown**2, axis=1)
         apart = np.hypot(*(self.starts[:, None, :2] - self.starts[:, :2]).transpose(2, 0, 1))
         gram = shown @ shown.T
-        self._smooth = _polynomials(self._rest)
-        self._pair_sizes = np.where(apart >= DOME.apart * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
+        pairs = np.triu(apart >= DOME.apart * pitch)  # each once: of equal matches the first would depend on rounding
+        self._pair_sizes = np.where(pairs, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
 
     def appear(self, presses: np.ndarray) -> np.ndarray:
         """Apparent displacements (K, 2), m, under presses (n, 7); 0 for markers at unknown positions."""
@@ -161,53 +149,11 @@ class DomeInverse:
         starts[:, DEPTH] += np.log(factor[best])
         return starts, float(residual[best])
 
-    def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior | None = None) -> DomeFound:
+    def solve(self, field: MarkerField, starts: np.ndarray, prior: _core.press.DomePrior | None = None) -> DomeFound:
         """Fit presses to a field, from starts (n, 7); prior: that of a straight press if not given."""
-        prior = prior or straight_press()
-        seen = field.seen & np.isfinite(self.points).all(1)
-        square, noise = _squares(field), self.noise.still**2
-        model = self.noise.share**2 * square + self.noise.top**2 * square.max()  # m^2, variance of the model error
-        weight = np.where(seen, 1 / (noise + DOME.alike**2 * model), 0.0)
-        shared = self._shared(square.max(), weight, prior.together) if prior.together else np.zeros((len(weight), 0))
-        frame = _core.press.DomeFrame(shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, shared=shared)
-        found = self.library.kernel.fit(self._markers, frame, self._prior(prior), starts)
-        misfit = float(np.sum(found.residual**2 / (noise + model)[:, None])) / max(2 * int(seen.sum()), 1)
-        scale = misfit if len(starts) == 1 else 1.0  # the error of a sum of two fields is in the covariance
-        radius = float(found.presses[0, RADIUS]), float(np.sqrt(scale * found.covariance[RADIUS, RADIUS]))
-        drag = DOME.not_linear[0] * float(np.linalg.norm(found.presses[:, DRAG], axis=1).max())
-        expected = 1 + drag**2 * float(np.mean((square / (noise + model))[seen]))
-        return DomeFound(found.presses, found.covariance * scale + self._unknown(found.covariance, prior), misfit, radius,
-                         field.shift - found.residual, expected)
-
-    def _unknown(self, covariance: np.ndarray, prior: PressPrior | None = None) -> np.ndarray:
-        """Addition to a covariance (7 n, 7 n) because friction and radius vary by more than the prior of the fit assumes."""
-        weight, variance = self._prior(prior).weight, np.zeros(PRESS_SIZE)
-        variance[[RADIUS, FRICTION]] = prior.wider**2, prior.rougher**2
-        more = np.tile(np.maximum(weight * (weight * variance - 1), 0.0), len(covariance) // PRESS_SIZE)
-        return (covariance * more) @ covariance
-
-    def _shared(self, largest: float, weight: np.ndarray, together: float) -> np.ndarray:
-        """Columns (K, m) whose products are subtracted from the diagonal weights (K,) of each axis (Woodbury 1950).
-
-        The inverse of the result then includes the error of a sum of two fields. largest: m^2, of the squared displacements.
-        """
-        weighted = self._smooth.T * weight
-        factor = np.linalg.cholesky(weighted @ self._smooth + np.eye(len(weighted)) * len(weighted) / (together**2 * largest))
-        return np.linalg.solve(factor, weighted).T
-
-    def _prior(self, prior: PressPrior | None = None) -> _core.press.PressPrior:
-        """Prior of each number of a press, for the kernel."""
-        plan = self.library.plan
-        weight = np.array([1e-6, 1e-6, 1e-6, prior.tip_sigma**-2, prior.friction**-2, prior.drag**-2, prior.drag**-2])
-        lowest = np.array([-plan.reach, -plan.reach, np.log(1e-5), -1.0, -1.0, -2.0, -2.0])
-        highest = np.array([plan.reach, plan.reach, np.log(plan.depth), 1.0, 0.0, 2.0, 2.0])
-        mean = np.array([0.0, 0.0, 0.0, prior.tip, 0.0, 0.0, 0.0])
-        return _core.press.PressPrior(mean=mean, weight=weight, lowest=lowest, highest=highest, longest=np.array(DOME.max_steps))
-
-
-def _squares(field: MarkerField) -> np.ndarray:
-    """Squares (K,), m^2, of the displacements; 0 if not visible."""
-    return np.sum(np.where(field.seen[:, None], field.shift, 0.0)**2, axis=1)
+        found = self.library.kernel.fit(self._markers, self._errors, prior or straight_press(), field.shift, starts)
+        radius = float(found.presses[0, RADIUS]), found.radius_sigma
+        return DomeFound(found.presses, found.covariance, found.misfit, radius, found.shown, found.expected)
 
 
 def _polynomials(positions: np.ndarray) -> np.ndarray:

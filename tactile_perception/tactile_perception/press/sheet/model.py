@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,7 +89,7 @@ class SheetInverse:
     """Fits presses to marker fields. marker_radius: m; pitch: m, of the markers."""
 
     def __init__(self, library: SheetLibrary, noise: FieldNoise, marker_radius: float, pitch: float):
-        self._library, self._marker = library, {'radius': marker_radius, 'near': SHEET.disc_pitches * pitch}
+        self._library, self._disc = library, MarkerDisc(marker_radius, SHEET.disc_pitches * pitch)
         self._noise = _core.press.MarkerNoise(**vars(noise))
 
     def solve(self, seen: Seen, start: list[Press], drags: bool = False, tip: tuple[float, float] = (0.0, SHEET.tip)) -> Inverse:
@@ -97,7 +98,7 @@ class SheetInverse:
         drags: whether their drags are unknown, else 0; tip: prior mean and standard deviation of the log of the radius over the calibrated
         one.
         """
-        markers = _core.press.SheetMarkers(rest=seen.rest, camera_centre=seen.camera_centre, **self._marker)
+        markers = _core.press.SheetMarkers(rest=seen.rest, camera_centre=seen.camera_centre, **self._disc._asdict())
         prior = _core.press.SheetPrior(log_radius=tip[0], sigma=tip[1], drags=drags)
         frame = _core.press.SheetFrame(value=seen.value, motion=seen.motion)
         found = self._library.table.fit(markers, frame, self._noise, prior, vectors(start))
@@ -106,21 +107,25 @@ class SheetInverse:
 
     def predict(self, presses: list[Press], seen: Seen, mixed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Predicted shift and growth (N, 3), and the displacement with its derivatives by x and y (N, 3, 3)."""
-        return show(self._library, presses, seen.rest, seen.camera_centre, mixed, **self._marker)
+        return show(self._library, presses, seen.rest, seen.camera_centre, mixed, self._disc)
+
+
+class MarkerDisc(NamedTuple):
+    """radius: m, of the markers; near: m, distance from a press within which markers are discs, else points."""
+
+    radius: float = 0.0
+    near: float = 0.0
 
 
 def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, camera_centre: np.ndarray, mixed: float = 0.0,
-         radius: float = 0.0, near: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+         disc: MarkerDisc = MarkerDisc()) -> tuple[np.ndarray, np.ndarray]:
     """Predict shift, m, and growth (N, 3) of markers at rest (N, 2), m, observed from camera_centre (N, 3), m, under one press or two.
 
-    mixed: interaction factor of two presses; radius: m, of the markers; near: m, distance from a press within which markers are discs, else
-    points. Also returns the displacement of the sheet there with its derivatives by x and y (N, 3, 3).
+    mixed: interaction factor of two presses. Also returns the displacement of the sheet there with its derivatives by x and y (N, 3, 3).
     """
-    markers = _core.press.SheetMarkers(rest=rest, camera_centre=camera_centre, radius=radius, near=near)
+    markers = _core.press.SheetMarkers(rest=rest, camera_centre=camera_centre, **disc._asdict())
     shown = library.table.show(markers, vectors(presses), mixed)
     return shown.value, shown.shape.reshape(-1, 3, 3)
-
-
 
 
 class SheetStart:

@@ -10,7 +10,7 @@ from tactile_perception.common.marker_sensor import MARKER_SENSORS, dome_cap
 from tactile_perception.core.errors import BadCalibration
 from tactile_perception.press import constants
 from tactile_perception.press.dome import calibration
-from tactile_perception.press.dome.calibration import calibrate_dome, identify_dome, load_steps
+from tactile_perception.press.dome.calibration import PrintedDome, calibrate_dome, identify_dome, load_steps
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, OnMesh, appear_at, outlines, press_dome, shift_of
 from tactile_perception.press.dome.model import DomeCalibration, FieldNoise
 from tactile_perception.press.presses import Presses
@@ -56,7 +56,7 @@ def test_a_sheet_and_too_few_presses_are_refused():
 
 
 CAP, MARKER, TIP = dome_cap(DOME), 0.004, 0.025
-GIVEN = dict(points=POINTS, camera_centres=np.nan_to_num(EYES), cap=CAP, plane_z=DOME.plane_z, marker=MARKER, radius=TIP)
+PRINTED = PrintedDome(POINTS, np.nan_to_num(EYES), CAP, DOME.plane_z, MARKER)
 
 
 @pytest.mark.full  # simulates presses
@@ -73,11 +73,11 @@ def test_tension_gas_and_friction_are_identified_from_simulated_presses(monkeypa
             moved = OnMesh(mesh, rest.reshape(-1, 3)).displaced(field).reshape(rest.shape)
             shown.shift[known] = (appear_at(rest + moved, eyes) - appear_at(rest, eyes)) * (DOME.plane_z - eyes[:, 2:])
     with changed(constants.DOME, gas_starts=(70.0, 0.01)):
-        material, radius = identify_dome(presses, **GIVEN)
+        material, radius = identify_dome(presses, PRINTED, TIP)
     assert material.gas < 3.0 and 1 - material.squeeze == pytest.approx(0.6, rel=0.2)
     assert material.friction == pytest.approx(0.4, rel=0.2) and radius == pytest.approx(TIP, rel=0.03)
 
 
 def test_presses_that_cannot_be_simulated_are_refused():
     with changed(constants.DOME, max_newton_steps=1, load_steps=1), pytest.raises(BadCalibration, match='do not converge'):
-        identify_dome(dome_presses([(0.0, 0.0)], (0.012,), still=0), **GIVEN)
+        identify_dome(dome_presses([(0.0, 0.0)], (0.012,), still=0), PRINTED, TIP)
