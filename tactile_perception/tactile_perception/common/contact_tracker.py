@@ -9,18 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .constants import COMMON
 from .surface import Moments
-
-_MIN_PERSISTENT_S = 0.02  # s; a contact that starts or ends may show as several regions for a shorter time
-_MAX_GAP_S = 0.1  # s that a contact keeps its id without being seen: one or two frames may miss it
-MAX_STEP = 1.5  # pitches between the borders of a contact in two consecutive frames
-_MIN_SPLIT = 4  # dots or taxels of a region that splits off; noise at a border makes smaller ones
 
 
 def may_continue(seen_s: float, last_s: float, stamp_s: float) -> bool:
     """Whether a contact that was last seen at seen_s may continue in the frame at stamp_s: the last frame, at last_s, had it, however long
     ago, since frames may be refused; or it was seen lately."""
-    return seen_s >= min(last_s, stamp_s - _MAX_GAP_S)
+    return seen_s >= min(last_s, stamp_s - COMMON.max_gap_s)
 
 
 @dataclass(frozen=True)
@@ -37,7 +33,7 @@ class TrackedContact:
     @property
     def is_persistent(self) -> bool:
         """Whether it has been there for longer than a transient."""
-        return self.seen_s - self.since_s > _MIN_PERSISTENT_S - 1e-6
+        return self.seen_s - self.since_s > COMMON.min_persistent_s - 1e-6
 
 
 class ContactTracker:
@@ -71,7 +67,7 @@ class ContactTracker:
                 self._next += 1
                 continue
             before = last[continued[k]]
-            splits = any(i != k and common[continued[k]] and counts[i] >= _MIN_SPLIT for i, common in enumerate(shared))
+            splits = any(i != k and common[continued[k]] and counts[i] >= COMMON.min_split for i, common in enumerate(shared))
             joined = any(shared[k][j] and last[j].is_persistent for j in free)
             found.append(TrackedContact(before.number, moments, before.since_s, stamp_s, bool(joined or before.merged and not splits)))
         lost = [j for j in free if not any(common[j] for common in shared)]

@@ -8,7 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
+from .constants import COMMON
+
+OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8  # flags of tactile_msgs/Contact
+NONE, INCIPIENT, GROSS = range(3)  # states of tactile_msgs/Slip
 _UNKNOWN, _NOT_STATED = np.full(4, np.nan), np.full((6, 6), np.nan)
 
 
@@ -93,16 +96,11 @@ class ContactRegionEstimate:
     dot_confidence: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
-NONE, INCIPIENT, GROSS = 0, 1, 2
-
-
-_PLANAR = np.ix_((0, 1, 5), (0, 1, 5))  # x, y and the rotation about z among translation and rotation vector
-
-
 def planar_covariance(covariance: np.ndarray) -> np.ndarray:
     """Covariance (6, 6) of a motion in the x-y plane from that of x, y and the rotation about z (3, 3): the others are 0 by definition."""
     whole = np.zeros((6, 6))
-    whole[_PLANAR] = covariance
+    planar = 0, 1, 5  # x, y and the rotation about z
+    whole[np.ix_(planar, planar)] = covariance
     return whole
 
 
@@ -143,14 +141,6 @@ class SlipEstimate:
     confidence: float = np.nan
 
 
-# Slipping fractions at which a state begins, and below which it ends: hysteresis against single dots.
-_INCIPIENT = (0.05, 0.03)
-STILL_GROSS = 0.85
-_GROSS = (0.90, STILL_GROSS)
-FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation
-_COINCIDENT = 1e-24  # m^2: squares of the distance of positions a picometre apart
-
-
 def next_state(state: int, fraction: float) -> int:
     """State of slip from the slipping fraction, with hysteresis.
 
@@ -171,9 +161,9 @@ def next_state(state: int, fraction: float) -> int:
     >>> next_state(NONE, 0.04), next_state(INCIPIENT, 0.04), next_state(INCIPIENT, 0.95)
     (0, 1, 2)
     """
-    if fraction >= _GROSS[state == GROSS]:
+    if fraction >= (COMMON.ends_gross if state == GROSS else COMMON.begins_gross):
         return GROSS
-    return INCIPIENT if fraction >= _INCIPIENT[state != NONE] else NONE
+    return INCIPIENT if fraction >= (COMMON.begins_incipient if state == NONE else COMMON.ends_incipient) else NONE
 
 
 def state_probability(state: int, fraction: float, patches: float) -> float:
@@ -196,7 +186,7 @@ def state_probability(state: int, fraction: float, patches: float) -> float:
     -----
     Normal approximation of the binomial distribution.
     """
-    low, high = (-math.inf, _INCIPIENT[0], _GROSS[0], math.inf)[state:state + 2]
+    low, high = (-math.inf, COMMON.begins_incipient, COMMON.begins_gross, math.inf)[state:state + 2]
     spread = math.sqrt(2 * max(fraction * (1 - fraction), 1e-9) / patches)
     return 0.5 * (math.erf((high - fraction) / spread) - math.erf((low - fraction) / spread))
 
@@ -230,10 +220,10 @@ def planar_twist(position: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray
     middle, drift = np.mean(position, axis=0), np.mean(velocity, axis=0)
     (x, y), (u, v) = (position - middle).T, (velocity - drift).T
     spread = x @ x + y @ y
-    if not _COINCIDENT < spread < np.inf:
+    if not COMMON.coincident < spread < np.inf:
         return unknown, np.nan, unknown
     turn = (x @ v - y @ u) / spread
     linear = drift + turn * np.array([middle[1], -middle[0]])
-    if math.hypot(*drift) >= abs(turn) * FAR * math.sqrt(spread / len(position)):
+    if math.hypot(*drift) >= abs(turn) * COMMON.max_centre_distance * math.sqrt(spread / len(position)):
         return linear, turn, unknown
     return linear, turn, middle + np.array([-drift[1], drift[0]]) / turn

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from ..core.errors import BadArgument, BadFrame
+from .constants import COMMON
 
 
 def rotation_vector(rotation: np.ndarray) -> np.ndarray:
@@ -85,23 +86,16 @@ def are_collinear(points: np.ndarray, min_aspect: float = 1e-3) -> bool:
     return bool(total**2 - np.vdot(scatter, scatter) <= 2 * (min_aspect * total)**2)
 
 
-_FINE = 1e4  # steps a unit: OpenCV's contours are whole numbers
-
-
 def deepest_notch(corners: np.ndarray) -> float:
     """Largest depth below the convex hull of a polygon's corners (M, 2), to a ten thousandth of their unit."""
     if len(corners) < 4:
         return 0.0
-    whole = np.rint(np.asarray(corners) * _FINE).astype(np.int32)
+    whole = np.rint(np.asarray(corners) * COMMON.notch_steps).astype(np.int32)
     notches = cv2.convexityDefects(whole, np.sort(cv2.convexHull(whole, returnPoints=False), axis=0))
-    return 0.0 if notches is None else notches[:, 0, 3].max() / 256 / _FINE  # depths come in parts of 256
+    return 0.0 if notches is None else notches[:, 0, 3].max() / 256 / COMMON.notch_steps  # depths come in parts of 256
 
 
 Pose = tuple[np.ndarray, np.ndarray]
-_MIN_QUATERNION_NORM = 1e-6  # publishers normalise quaternions; a shorter one is a message that was not filled
-_MAX_TRANSLATION = 1e9  # m, beyond any robot; chains of transforms stay finite
-_ROUNDING = 1e-12  # of the elements of a rotation
-_KEPT_S = 5.0  # of poses: longer than anybody waits for an image of their time
 
 
 class FrameTree:
@@ -123,7 +117,7 @@ class FrameTree:
         quaternion, translation = np.asarray(quaternion, float), np.asarray(translation, float)
         with np.errstate(over='ignore'):  # refused just below
             length = float(np.linalg.norm(quaternion))
-        if not (_MIN_QUATERNION_NORM < length < np.inf and (np.abs(translation) <= _MAX_TRANSLATION).all() and parent != child):
+        if not (COMMON.min_quaternion_norm < length < np.inf and (np.abs(translation) <= COMMON.max_translation).all() and parent != child):
             raise BadFrame(f'transform from {parent!r} to {child!r} is not a rigid transform: rotation {quaternion.tolist()}, translation '
                            f'{translation.tolist()}; it is skipped')
         known, poses = self._links.get(child, (parent, deque()))
@@ -132,7 +126,7 @@ class FrameTree:
         elif poses and stamp_s <= poses[-1][0]:
             return
         poses.append((stamp_s, matrix_of_quaternion(quaternion / length), translation))
-        while stamp_s - poses[0][0] > _KEPT_S:
+        while stamp_s - poses[0][0] > COMMON.pose_memory_s:
             poses.popleft()
         self._links[child] = parent, poses
         self.changes += 1
@@ -177,7 +171,7 @@ def wrench_at(wrench: np.ndarray, rotation: np.ndarray, origin: np.ndarray) -> n
     moves = np.zeros((6, 6))
     moves[:3, :3] = moves[3:, 3:] = rotation
     moves[3:, :3] = np.cross(origin, rotation.T).T
-    needed = np.abs(moves) > _ROUNDING
+    needed = np.abs(moves) > COMMON.rotation_rounding
     return np.where(needed, moves * np.where(needed, wrench, 0), 0).sum(axis=1)
 
 

@@ -13,7 +13,6 @@ from multiprocessing import get_context
 from typing import TypeVar
 
 Item, Result = TypeVar('Item'), TypeVar('Result')
-_EVERY_S = 1.0
 
 
 def progress(items: Iterable[Item], name: str) -> Iterator[Item]:
@@ -22,7 +21,7 @@ def progress(items: Iterable[Item], name: str) -> Iterator[Item]:
     for done, item in enumerate(items, 1):
         yield item
         now = time.monotonic()
-        if now - said > _EVERY_S:
+        if now - said > 1.0:
             said = now
             print(f'{done} {name}, {done / (now - begin):.0f} a second', file=sys.stderr, flush=True)
 

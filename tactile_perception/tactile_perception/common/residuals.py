@@ -10,11 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ..core.calibration_file import CalibrationFile, write_calibration
+from .constants import COMMON
 from .statistics import robust_sigma
-
-_OUTLIER_SIGMAS = 6.0  # robust standard deviations (1.4826 MAD) beyond the median error
-_MIN_PRESSES = 5  # fewer have no meaningful median
-_MAX_LINES = 20  # printed for each quantity
 
 
 @dataclass(frozen=True)
@@ -34,18 +31,18 @@ class Residuals:
 
 
 def outliers(found: Sequence[Residuals]) -> list[str]:
-    """One line per press whose error is an outlier, largest first, at most _MAX_LINES per quantity."""
+    """One line per press whose error is an outlier, largest first, at most COMMON.max_lines per quantity."""
     lines = []
     for residuals in found:
         size = np.abs(np.asarray(residuals.value, float))
         known = np.flatnonzero(np.isfinite(size))
-        if len(known) < _MIN_PRESSES:
+        if len(known) < COMMON.min_presses:
             continue
         middle = float(np.median(size[known]))
-        limit = middle + _OUTLIER_SIGMAS * float(robust_sigma(size[known] - middle))
+        limit = middle + COMMON.outlier_sigmas * float(robust_sigma(size[known] - middle))
         beyond = [k for k in known[np.argsort(-size[known])] if size[k] > limit]
         lines += [f'{residuals.when[k]}: {residuals.name} error {size[k]:.3g} {residuals.unit}, the median is {middle:.2g} {residuals.unit}'
-                  for k in beyond[:_MAX_LINES]]
+                  for k in beyond[:COMMON.max_lines]]
     return lines
 
 

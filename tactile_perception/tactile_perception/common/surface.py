@@ -12,8 +12,7 @@ import numpy as np
 
 from .. import _core
 from ..core.errors import BadArgument
-
-_STRAIGHT_LAYERS = 2  # dots beyond the last known one that are extrapolated linearly; farther ones take means. Chosen
+from .constants import COMMON
 
 
 def scatter(values: np.ndarray, ids: np.ndarray, count: int, unknown: float = np.nan, last: bool = False) -> np.ndarray:
@@ -58,7 +57,7 @@ def fill_unseen(grid: np.ndarray) -> np.ndarray:
     grid = grid.copy()
     layer = 0
     while np.isnan(grid).any():
-        guess = _from_neighbours(grid, straight=layer < _STRAIGHT_LAYERS)
+        guess = _from_neighbours(grid, straight=layer < COMMON.straight_layers)
         layer += 1
         hole = np.isnan(grid) & ~np.isnan(guess)
         if not hole.any():
@@ -142,11 +141,6 @@ def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float
     return tuple(_core.common.region_axes(sums, *joined(loops), pitch=pitch).tolist())
 
 
-REFINE = 2  # steps per pitch of an outline. Chosen
-# Gaussian of half a pitch, which smooths the staircase of labels along a slanted edge.
-_LABEL_SPREAD = np.float32([0.107, 0.786, 0.107])
-
-
 @dataclass(frozen=True)
 class Outline:
     """One region: a closed polygon and the holes in it, in the sensor frame and on the grid (last vertex joins the first).
@@ -169,7 +163,8 @@ class Outline:
 def label_score(contact: np.ndarray) -> np.ndarray:
     """Score (rows, columns), level 0.5, from labels: contact (rows, columns) of 0 and 1, NaN for unseen dots."""
     filled = np.clip(fill_unseen(contact), 0, 1)
-    return cv2.sepFilter2D(filled, -1, _LABEL_SPREAD, _LABEL_SPREAD, borderType=cv2.BORDER_REPLICATE)
+    spread = np.float32(COMMON.label_spread)
+    return cv2.sepFilter2D(filled, -1, spread, spread, borderType=cv2.BORDER_REPLICATE)
 
 
 def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5) -> tuple[list[Outline], list[Moments], float]:
@@ -179,7 +174,7 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5) 
     Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and 1, so that the border is independent of the pressure of an
     edge. Regions at the pattern's border are closed half a pitch outside the last dots.
     """
-    found = _core.common.find_outlines(fill_unseen(score), surface.wide, level, REFINE)
+    found = _core.common.find_outlines(fill_unseen(score), surface.wide, level, COMMON.outline_steps)
     moments = [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in found.moments]
     return grouped(found.vertices, found.points, found.start, found.region), moments, found.pitch
 

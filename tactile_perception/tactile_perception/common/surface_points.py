@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import BadArgument
+from .constants import COMMON
 from .surface import grid_normals
 
-NON_CONTACT, STICKING, SLIPPING, UNKNOWN = 0, 1, 2, 255
-_NEIGHBOURS = 8  # of a dot on a grid
-_MIN_POINTS = 4  # for a plane with one degree of freedom left
+NON_CONTACT, STICKING, SLIPPING = range(3)  # states of tactile_msgs/ContactRegion
+UNKNOWN = np.iinfo(np.uint8).max
 
 
 @dataclass(frozen=True)
@@ -102,11 +102,11 @@ def scattered_normals(xyz: np.ndarray) -> np.ndarray:
     """
     normal = np.full(xyz.shape, np.nan)
     known = np.flatnonzero(np.isfinite(xyz).all(axis=1))
-    if len(known) < _MIN_POINTS:
+    if len(known) < COMMON.min_points:
         return normal
     positions = xyz[known]
     from scipy.spatial import cKDTree  # needed only for points
-    _, near = cKDTree(positions).query(positions, min(_NEIGHBOURS + 1, len(known)))
+    _, near = cKDTree(positions).query(positions, min(COMMON.neighbours + 1, len(known)))
     offsets = positions[near] - positions[near].mean(axis=1, keepdims=True)
     least = np.linalg.eigh(np.einsum('kni,knj->kij', offsets, offsets))[1][:, :, 0]
     normal[known] = least * np.where(least[:, 2:] < 0, -1.0, 1.0)

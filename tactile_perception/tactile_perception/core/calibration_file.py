@@ -22,12 +22,11 @@ import yaml
 from .errors import BadCalibration
 from .sensor_type import SENSOR_TYPES
 
-FORMAT, VERSION = 'tactile calibration', 2
+FORMAT = 'tactile calibration 2'  # name and version
 SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'parameters': dict, 'units': dict, 'fitted': dict,
             'residuals': dict, 'calibrated_range': dict, 'outliers': list, 'left_out': list}
 ARRAYS = 'arrays'  # section of a file with fitted arrays: name of the .npz file beside it, and its SHA-256
 AGAIN = 'run `ros2 run tactile_perception calibrate` again'
-_DIGITS = 7  # significant digits of each number written
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # measured: libyaml takes a tenth of the time, also to write
 
 
@@ -114,7 +113,7 @@ def write_calibration(path: str | Path, content: CalibrationFile) -> None:
             return value
         arrays[name] = value
         return f'array {" x ".join(map(str, value.shape))} {value.dtype}'
-    page = {'format': f'{FORMAT} {VERSION}'} | {name: getattr(content, name) for name in SECTIONS} | {'complete': True}
+    page = {'format': FORMAT} | {name: getattr(content, name) for name in SECTIONS} | {'complete': True}
     page['fitted'] = _replaced(content.fitted, '', described)
     page = _rounded(page)
     page['parameters'] = {'hash': parameter_hash(content.parameters), 'values': _rounded(content.parameters)}
@@ -159,8 +158,8 @@ def _arrays(section: object, path: Path) -> dict[str, np.ndarray]:
 
 
 def _rounded(value):
-    """value with _DIGITS significant digits; tuples become lists."""
-    return _replaced(value, '', lambda part, _name: float(f'{part:.{_DIGITS}g}') if isinstance(part, float) else part)
+    """value with seven significant digits; tuples become lists."""
+    return _replaced(value, '', lambda part, _name: float(f'{part:.7g}') if isinstance(part, float) else part)
 
 
 def read_calibration(path: str | Path, sensor: str, values: Mapping | None = None) -> CalibrationFile:
@@ -172,8 +171,8 @@ def read_calibration(path: str | Path, sensor: str, values: Mapping | None = Non
     """
     path = Path(path)
     page = _parse(path)
-    if page.get('format') != f'{FORMAT} {VERSION}':
-        raise BadCalibration(f'{path}: format is {page.get("format")!r}, this software reads {FORMAT + " " + str(VERSION)!r}; {AGAIN}')
+    if page.get('format') != FORMAT:
+        raise BadCalibration(f'{path}: format is {page.get("format")!r}, this software reads {FORMAT!r}; {AGAIN}')
     missing = [name for name, kind in SECTIONS.items() if not isinstance(page.get(name), kind)]
     if missing or page.get('complete') is not True:
         raise BadCalibration(f'{path}: truncated or edited: no usable {", ".join(missing or ["end mark"])}; {AGAIN}')

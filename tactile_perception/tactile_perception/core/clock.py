@@ -7,11 +7,8 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from .constants import CORE
 from .errors import ClockSetBack
-
-_JUMP_S = 1.0  # s; a smaller step back may be frames out of order. Chosen
-_AFTER_JUMP, _AFTER_STEP = 2, 3  # ordered frames that confirm a restart, after a step back of more / less than _JUMP_S. Chosen
-_AHEAD_S = 3600.0  # s; the next stamp must confirm one further ahead. Chosen: a sensor that pauses longer loses one frame
 
 
 class StampClock:
@@ -40,8 +37,8 @@ class StampClock:
         stamp before them. Raises ClockSetBack for the stamps before the restart is confirmed, and for the first stamp that is more than
         an hour ahead. Repeated stamps and NaN are left to the stage.
         """
-        if self._last_s + _AHEAD_S < stamp_s < math.inf and not math.isinf(self._last_s):
-            if not 0 <= stamp_s - self._ahead_s <= _AHEAD_S:
+        if self._last_s + CORE.max_ahead_s < stamp_s < math.inf and not math.isinf(self._last_s):
+            if not 0 <= stamp_s - self._ahead_s <= CORE.max_ahead_s:
                 self._ahead_s = stamp_s
                 raise ClockSetBack(f'a stamp is {stamp_s - self._last_s:.0f} s ahead of the last; it counts if the next confirms it')
         self._ahead_s = -math.inf
@@ -49,10 +46,10 @@ class StampClock:
             if math.isfinite(stamp_s):
                 self._last_s, self._earlier = max(self._last_s, stamp_s), 0
             return False
-        self._earlier = self._earlier + 1 if self._earlier and 0 < stamp_s - self._back_s <= _AHEAD_S else 1
+        self._earlier = self._earlier + 1 if self._earlier and 0 < stamp_s - self._back_s <= CORE.max_ahead_s else 1
         self._back_s = stamp_s
         back = self._last_s - stamp_s
-        if self._earlier < (_AFTER_JUMP if back > _JUMP_S else _AFTER_STEP):
+        if self._earlier < (CORE.frames_after_jump if back > CORE.min_jump_s else CORE.frames_after_step):
             raise ClockSetBack(f'stamps go back by {back:.1f} s, as in a recording that plays in a loop; '
                                'if the next frames continue from there, the node restarts with a new reference')
         self._last_s, self._earlier = stamp_s, 0

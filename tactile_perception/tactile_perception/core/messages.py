@@ -18,15 +18,10 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.written_message import WrittenMessage
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
+from .constants import CORE
 from .errors import BadFrame
 
-# Limits beyond every sensor; products of numbers within them do not overflow.
-_FARTHEST_PX = 1e6  # wider than any image
-_LARGEST_PX2 = _FARTHEST_PX**2
-_FARTHEST_M = 100.0  # from the origin, which is on the sensor
-_LARGEST = 1e9  # of forces, velocities, covariances in SI units
 _IN_IMAGE, _POSITION_FIELDS = ('u', 'v', 'du', 'dv', 'area'), ('x', 'y', 'z')
-_DOT_LIMITS = np.array([_FARTHEST_PX] * 4 + [_LARGEST_PX2] + [_FARTHEST_M] * 3)
 
 
 def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
@@ -58,7 +53,7 @@ def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
     _check_ids('dots', ids, message.rows * message.columns)
     names = (*_IN_IMAGE, *_POSITION_FIELDS) if count and positions[0] else _IN_IMAGE
     numbers = np.array([getattr(message, name) for name in names], float)
-    limits = _DOT_LIMITS[:len(names)]
+    limits = np.array([CORE.max_px] * 4 + [CORE.max_px**2] + [CORE.max_m] * 3)[:len(names)]
     if (np.abs(numbers) > limits[:, None]).any() or np.isnan(numbers[:2]).any():
         for name, values, limit in zip(names, numbers, limits):
             _check_values(f'dots: {name}', values, limit, known=name in 'uv')
@@ -70,11 +65,11 @@ def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
 #: Type of a message -> name of a field or of one within it, and the largest magnitude of its numbers.
 _LIMITS = {
     ContactRegion: {**dict.fromkeys(('centroid', 'normal', 'motion', 'pose', 'area', 'dot_confidence', 'orientation', 'major_axis',
-                                     'minor_axis'), _FARTHEST_M), **dict.fromkeys(('motion_interval', 'motion_covariance'), _LARGEST)},
-    Contact: {'position': _FARTHEST_M, **dict.fromkeys(('normal', 'depth', 'force', 'position_covariance'), _LARGEST)},
+                                     'minor_axis'), CORE.max_m), **dict.fromkeys(('motion_interval', 'motion_covariance'), CORE.max_value)},
+    Contact: {'position': CORE.max_m, **dict.fromkeys(('normal', 'depth', 'force', 'position_covariance'), CORE.max_value)},
     Slip: dict.fromkeys(('x', 'y', 'vx', 'vy', 'slipping_fraction', 'confidence', 'rotation_center', 'velocity',
-                         'velocity_covariance'), _LARGEST),
-    WrenchStamped: {'wrench': _LARGEST},
+                         'velocity_covariance'), CORE.max_value),
+    WrenchStamped: {'wrench': CORE.max_value},
 }
 
 
@@ -123,7 +118,7 @@ def check_numbers(message) -> None:
             raise BadFrame(f'contact_region: {len(message.dot_confidence)} confidences of {count} dots; one each, or none at all')
         for name in ('outlines', 'holes'):
             for loop in getattr(message, name):
-                _check_values(f'contact_region: {name}', [c for p in loop.points for c in (p.x, p.y, p.z)], _FARTHEST_M, known=True)
+                _check_values(f'contact_region: {name}', [c for p in loop.points for c in (p.x, p.y, p.z)], CORE.max_m, known=True)
     elif isinstance(message, Slip):
         if message.state > Slip.GROSS:
             raise BadFrame(f'slip: state {message.state} is not one of 0 to {Slip.GROSS}')
@@ -168,11 +163,6 @@ def _check_values(what: str, values, limit: float, known: bool = False) -> None:
         raise BadFrame(f'{what} holds {values[bad][0]:g}; allowed are magnitudes up to {limit:g}{"" if known else ", and NaN: not known"}')
 
 
-#: Limits of plumb_bob numbers, beyond any lens: so that the algorithms do not overflow.
-_MIN_FOCAL_LENGTH_PX, _MAX_DISTORTION = 1.0, 1e6
-_NO_DISTORTION = 1e-12  # a smaller coefficient counts as 0: it bends no ray, and the inversion would divide by it
-
-
 def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:
     """Camera matrix and distortion of a camera_info.
 
@@ -204,7 +194,7 @@ def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None
     _check_camera(matrix, np.asarray(message.d, float))
     distortion = np.zeros(5)
     distortion[:len(message.d)] = message.d
-    distortion[np.abs(distortion) < _NO_DISTORTION] = 0.0
+    distortion[np.abs(distortion) < CORE.no_distortion] = 0.0
     return matrix, distortion
 
 
@@ -212,11 +202,11 @@ def _check_camera(matrix: np.ndarray, distortion: np.ndarray) -> None:
     """Raise BadFrame unless K (3, 3) and the plumb_bob coefficients are finite and plausible."""
     focus, middle = matrix[[0, 1], [0, 1]], matrix[:2, 2]
     rest = matrix[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]]
-    if not ((focus >= _MIN_FOCAL_LENGTH_PX) & (focus <= _FARTHEST_PX)).all() or not (np.abs(middle) <= _FARTHEST_PX).all() \
+    if not ((focus >= CORE.min_focal_length_px) & (focus <= CORE.max_px)).all() or not (np.abs(middle) <= CORE.max_px).all() \
             or rest.tolist() != [0, 0, 0, 0, 1]:
         raise BadFrame(f'camera_info: k {matrix.ravel().tolist()} is not of a camera, [fx 0 cx, 0 fy cy, 0 0 1] in px with fx and fy from '
-                       f'{_MIN_FOCAL_LENGTH_PX:g} px on; calibrate the camera, or publish zeros where it is not calibrated')
-    if not (np.abs(distortion) <= _MAX_DISTORTION).all():
+                       f'{CORE.min_focal_length_px:g} px on; calibrate the camera, or publish zeros where it is not calibrated')
+    if not (np.abs(distortion) <= CORE.max_distortion).all():
         raise BadFrame(f'camera_info: distortion {distortion.tolist()} is beyond any lens; calibrate the camera')
 
 

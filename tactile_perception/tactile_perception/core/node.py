@@ -26,13 +26,12 @@ from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import CAMERA_INFO_PATIENCE_S, STREAM_QOS
 from tactile_driver.nodes.runtime.run import exit_process, run_node
 
+from .constants import CORE
 from .errors import BadArgument, BadFrame, ClockSetBack, TactileError
 from .messages import stamp_seconds
 from .sensor_type import NODES
 from .stage import Input, Stage
-from .work_log import MAX_WAIT_S, Shedding, WorkLog
-
-_STALE_S = 2.0  # without a processed message there is nothing to take as the reference
+from .work_log import Shedding, WorkLog
 
 
 class PerceptionNode(Node):
@@ -53,7 +52,7 @@ class PerceptionNode(Node):
                                            self.examine)
         self.stage = stage_type(self.settings.values())
         self.stage.use_frame(sensor_frame(self.get_namespace()))
-        self._source, self._inputs, self._shedding = self.stage.input, [], Shedding(self.stage.input.patience_s or MAX_WAIT_S)
+        self._source, self._inputs, self._shedding = self.stage.input, [], Shedding(self.stage.input.patience_s or CORE.max_wait_s)
         self._first_s: float | None = None
         self.log = WorkLog(self._source.topic, by_call=self._host.publishes(self, self._source.topic))
         self._log_once, self.guard = LogOnce(self), DefectGuard(self)
@@ -149,7 +148,7 @@ class PerceptionNode(Node):
 
     def _set_reference(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Make the next message the reference."""
-        response.success = self.log.done > 0 and self.log.age <= _STALE_S
+        response.success = self.log.done > 0 and self.log.age <= CORE.stale_s
         if response.success:
             with self._host.lock:
                 self.stage.set_reference()

@@ -14,18 +14,13 @@ from tactile_driver.sources.constants import SOURCES
 from tactile_driver.sources.source import NS
 from tactile_driver.stamp_gaps import RECENT_MESSAGES, SAME_CLOCK_S, TOLERATED_LOSSES, StampGaps
 
-_SILENCE_S = 2.0  # without a frame before a warning
-
-MAX_WAIT_S = 0.05  # that a message may wait; a short load of the machine is caught up, no persistent queue builds up
-_PERIODS = 2  # that a message may wait, if longer than MAX_WAIT_S: after two periods a newer one has arrived
-_FASTER = 0.5  # ratio of periods, received to stamped: below it a recording is played fast, and no message is dropped
-_SMOOTHING = 0.1  # of the periods, exponential: ten messages
+from .constants import CORE
 
 
 class Shedding:
     """Decides from the times of reception which messages are too late to be processed; longest_s: that a message may wait, s."""
 
-    def __init__(self, longest_s: float = MAX_WAIT_S):
+    def __init__(self, longest_s: float = CORE.max_wait_s):
         self._longest_s = longest_s
         self._last: tuple[int, int] | None = None
         self._steps = [0.0, 0.0]  # s, mean periods of reception and of stamps
@@ -38,10 +33,11 @@ class Shedding:
             steps_ns = received_ns - self._last[0], stamp_ns - self._last[1]
             if min(steps_ns) > 0:  # else a clock was set back
                 steps = [min(step / NS, 1.0) for step in steps_ns]
-                self._steps = [old + _SMOOTHING * (new - old) if old else new for old, new in zip(self._steps, steps)]
+                self._steps = [old + CORE.period_smoothing * (new - old) if old else new for old, new in zip(self._steps, steps)]
         self._last = received_ns, stamp_ns
         received_s, stamped_s = self._steps
-        return received_s > _FASTER * stamped_s and (now_ns - received_ns) / NS > max(self._longest_s, _PERIODS * received_s)
+        longest_s = max(self._longest_s, CORE.max_wait_periods * received_s)
+        return received_s > CORE.played_fast * stamped_s and (now_ns - received_ns) / NS > longest_s
 
 
 class WorkLog:
@@ -104,7 +100,7 @@ class WorkLog:
     @property
     def refuses(self) -> bool:
         """Whether the newest frame was refused, a moment ago."""
-        return self._in_error and time.monotonic() - self._bad[-1] <= _SILENCE_S
+        return self._in_error and time.monotonic() - self._bad[-1] <= CORE.silence_s
 
     @property
     def age(self) -> float:
@@ -138,7 +134,7 @@ class WorkLog:
             return OK, 'idle: nobody subscribes'
         if self._in_error:
             return ERROR, self.last_error
-        if not self.done or self.age > _SILENCE_S:
+        if not self.done or self.age > CORE.silence_s:
             if self._by_call:
                 return OK, f'waiting for {self._topic}'
             return WARN, f'no message on {self._topic}; check that its publisher is running and active'

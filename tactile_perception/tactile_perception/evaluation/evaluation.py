@@ -16,7 +16,6 @@ from .scores import label_f1, macro_f1, normalised_square, region_iou
 
 DOT_STATES = ('untouched', 'sticking', 'slipping')
 SLIP_STATES = ('none', 'incipient', 'gross')
-_MIN_RELATIVE = 0.05  # of the largest force and moment: relative errors of smaller ones mean little
 FLAGS = {'OUT_OF_RANGE': OUT_OF_RANGE, 'AT_EDGE': AT_EDGE, 'AMBIGUOUS': AMBIGUOUS, 'SATURATED': SATURATED}
 
 
@@ -246,7 +245,7 @@ class Evaluation:
                 estimated = difference[np.isfinite(difference)]
                 error = np.linalg.norm(estimated) if len(estimated) else np.nan
                 found[name].append((stamp, *position, error))
-                if size > _MIN_RELATIVE * strongest:
+                if size > 0.05 * strongest:  # relative errors of smaller ones mean little
                     found[f'{name}_relative'].append((stamp, *position, error / size))
         return found
 

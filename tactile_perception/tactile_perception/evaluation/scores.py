@@ -23,10 +23,6 @@ def macro_f1(confusion: np.ndarray) -> float:
     return float(label_f1(confusion)[occurring].mean()) if occurring.any() else np.nan
 
 
-_PIXEL = 50e-6  # m, raster of the overlap
-_MAX_PIXELS = 1200  # along a side; larger regions are compared on a coarser raster
-
-
 def region_iou(found: list[np.ndarray], there: list[np.ndarray]) -> float:
     """Intersection over union, in the x-y plane, of the regions enclosed by two sets of loops (M, >= 2), m; NaN for two empty regions.
 
@@ -37,7 +33,8 @@ def region_iou(found: list[np.ndarray], there: list[np.ndarray]) -> float:
     if not corners:
         return np.nan
     low, high = np.vstack(corners).min(axis=0), np.vstack(corners).max(axis=0)
-    pixel = _PIXEL * max(1, int(np.ceil((high - low).max() / (_PIXEL * _MAX_PIXELS))))
+    pixel, max_pixels = 50e-6, 1200  # m, and along a side
+    pixel *= max(1, int(np.ceil((high - low).max() / (pixel * max_pixels))))
     origin = (np.floor(low / pixel) - 1) * pixel
     width, height = (np.ceil((high - origin) / pixel) + 2).astype(int).tolist()
     a, b = (_raster(loops, origin, pixel, (height, width)) for loops in (found, there))
@@ -53,9 +50,6 @@ def _raster(loops: list[np.ndarray], origin: np.ndarray, pixel: float, shape: tu
     return image
 
 
-_MIN_VARIANCE_RATIO = 1e-9  # of the largest variance: a direction with less is fixed by the sensor's geometry, not estimated
-
-
 def normalised_square(error: np.ndarray, covariance: np.ndarray) -> tuple[float, int]:
     """Normalised estimation error squared, and its degrees of freedom: its mean over many frames is one per degree of freedom for
     consistent covariances (Bar-Shalom et al., Estimation with applications, 2001, section 5.4).
@@ -68,8 +62,9 @@ def normalised_square(error: np.ndarray, covariance: np.ndarray) -> tuple[float,
     if not (known.any() and np.isfinite(error).all() and np.isfinite(covariance).all()):
         return np.nan, 0
     variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
-    held = variances <= _MIN_VARIANCE_RATIO * variances[-1]
-    if variances[-1] <= 0 or variances[0] < -_MIN_VARIANCE_RATIO * variances[-1]:
+    fixed = 1e-9 * variances[-1]  # a direction with a smaller variance is fixed by the sensor's geometry, not estimated
+    held = variances <= fixed
+    if variances[-1] <= 0 or variances[0] < -fixed:
         return np.nan, 0
     along = axes.T @ error
     return float((along[~held]**2 / variances[~held]).sum()), int((~held).sum())

@@ -17,7 +17,7 @@ from ..common.statistics import robust_sigma
 from ..core.errors import BadCalibration
 from .constants import FINGER
 from .map import CROSS, MIX, TOTAL, centroid, fit_equidistant_map, fit_light_shift, fit_smooth_map, level_basis, log_map
-from .model import LOAD_TERMS, Creep, FingerFit, FingerModel, cross_basis, features
+from .model import Creep, FingerFit, FingerModel, cross_basis, features
 
 # Untouched samples before a press
 # Segments of a press
@@ -316,7 +316,7 @@ def fit_load(spot: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[np
         raise BadCalibration(f'{len(known)} contacts with known loads from {known.min(initial=np.inf):.3g} to {known.max(initial=0):.3g}; '
                              f'{FINGER.min_loads} are needed, the largest {FINGER.min_load_ratio} times the smallest')
     basis = features(spot, light)
-    scale = FINGER.ridge * len(basis) * np.eye(LOAD_TERMS)
+    scale = FINGER.ridge * len(basis) * np.eye(FINGER.load_terms)
     scale[0, 0] = 0.0
     hat = basis @ np.linalg.solve(basis.T @ basis + scale, basis.T)
     fitted = np.linalg.solve(basis.T @ basis + scale, basis.T @ np.log(known))

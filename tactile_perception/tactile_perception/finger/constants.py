@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Constants of the calibration of a PSD finger; those of its estimator are in src/finger/light.cpp."""
+"""Constants of the calibration and the stage of a PSD finger; those of its estimator are in src/finger/constants.hpp."""
+import math
 from dataclasses import dataclass
 
 from tactile_driver.constants import constant
@@ -44,6 +45,16 @@ class FingerConstants:
     min_load_ratio: float = constant(1.3, '1', 'limit', 'largest load over the smallest one, which determines the slope')
     ridge: float = constant(1e-4, '1', 'numeric', 'for each contact; keeps the normal equations definite where all light is alike')
     max_onset: float = constant(0.35, '1', 'limit', 'of the brightest light of a press: a brighter onset was labelled late')
+    load_terms: int = constant(8, '1', 'numeric', 'coefficients of the logarithm of a force or a depth')
+    light_terms: int = constant(5, '1', 'numeric', 'coefficients of the logarithm of the typical light')
+    max_log: float = constant(20.0, '1', 'numeric', 'of that logarithm: keeps the exponential finite far from calibrated spots')
+    nominal_beta: float = constant(math.pi / 2, 'rad per half width', 'prior',
+                                   'without calibration: the rim of the hemisphere (90 degrees) is imaged to the edge of the detector')
+    cells: int = constant(128, '1', 'numeric',
+                          'of a table along each axis: interpolation adds less than 0.02 degrees to a normal (a test holds it)')
+    min_period_s: float = constant(1e-7, 's', 'limit', 'between samples: no converter is faster')
+    max_period_s: float = constant(1.0, 's', 'limit', 'between samples: longer than a press')
+    max_volts: float = constant(1e6, 'V', 'limit', 'beyond every converter')
     min_onsets: float = constant(0.6, '1', 'limit', 'part of the onsets that must be labelled in time')
 
 

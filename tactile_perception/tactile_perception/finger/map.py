@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from ..core.errors import BadCalibration
+from .constants import FINGER
 
 
 def direction(phi: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -38,7 +39,7 @@ def exp_map(plane: np.ndarray) -> np.ndarray:
 
 #: Rows: outputs x1, y1, x2, y2. Columns: difference along x and along y (numerators of eq 1), total (its denominator), cross term.
 MIX = np.array([[-1.0, -1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0]])
-X, Y, TOTAL, CROSS = range(4)
+TOTAL, CROSS = 2, 3
 
 
 def centroid(sums: np.ndarray) -> np.ndarray:
@@ -49,10 +50,6 @@ def centroid(sums: np.ndarray) -> np.ndarray:
     total = sums[:, TOTAL:CROSS]
     with np.errstate(divide='ignore', invalid='ignore'):
         return np.where(total > 0, sums[:, :TOTAL] / total, np.nan)
-
-
-#: rad per half width, used without calibration: the rim of the hemisphere (90 degrees) is imaged to the edge of the detector.
-NOMINAL_BETA = np.pi / 2
 
 
 @dataclass(frozen=True)
@@ -67,16 +64,13 @@ class EquidistantMap:
         return exp_map(self.beta * (spot - self.offset))
 
 
-CELLS = 128  # along each axis: interpolation adds less than 0.02 degrees to a normal (a test holds it)
-
-
 def tabulated(evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Table (nodes, nodes, channels) of evaluate(spots (N, 2)) -> (N, channels) on a grid of nodes over the square from -1 to 1, rows
     along y: what the kernels interpolate bilinearly (src/finger/detector.hpp). Some lines at a time: all at once take 50 MB."""
-    line = np.linspace(-1, 1, CELLS + 1)
+    line = np.linspace(-1, 1, FINGER.cells + 1)
     spots = np.stack(np.meshgrid(line, line), axis=-1)
     values = np.concatenate([evaluate(lines.reshape(-1, 2)) for lines in np.array_split(spots, 8)])
-    return values.reshape(CELLS + 1, CELLS + 1, -1).astype(float)
+    return values.reshape(FINGER.cells + 1, FINGER.cells + 1, -1).astype(float)
 
 
 def trend(spot: np.ndarray, terms: int) -> np.ndarray:
@@ -178,8 +172,6 @@ def level_basis(spot: np.ndarray, terms: int) -> np.ndarray:
 
 # The patch of a stronger contact is larger and reaches farther to either side. More light arrives from the side of the pole than from that
 # of the rim, so the spot moves towards the pole as the light grows.
-_LIGHT_TERMS = 5  # of the logarithm of the typical light
-_MAX_LOG = 20.0  # keeps the exponential finite far from calibrated spots
 
 
 @dataclass(frozen=True)
@@ -192,7 +184,7 @@ class LightShift:
 
     def light(self, spot: np.ndarray) -> np.ndarray:
         """Light (N,), V, of a typical contact at spots (N, 2), half widths."""
-        return np.exp(np.clip(level_basis(spot, _LIGHT_TERMS) @ self.typical, -_MAX_LOG, _MAX_LOG))
+        return np.exp(np.clip(level_basis(spot, FINGER.light_terms) @ self.typical, -FINGER.max_log, FINGER.max_log))
 
     def relative(self, spot: np.ndarray, light: np.ndarray) -> np.ndarray:
         """Light (N,), V, over the typical one, minus 1, clipped to -1 to 1."""
@@ -211,7 +203,7 @@ class LightShift:
 def fit_light_shift(spot: np.ndarray, values: np.ndarray, light: np.ndarray, smooth: SmoothMap) -> LightShift:
     """The shift with the light (N,), V, that a map of the spots (N, 2) alone leaves in values (N, 2), rad: generalised least squares with
     the covariance of that map."""
-    typical = np.linalg.lstsq(level_basis(spot, _LIGHT_TERMS), np.log(light), rcond=None)[0]
+    typical = np.linalg.lstsq(level_basis(spot, FINGER.light_terms), np.log(light), rcond=None)[0]
     found = LightShift(typical, np.zeros((4, 2)))
     basis = found.relative(spot, light)[:, None] * trend(spot, 5)[:, 1:]
     weight = smooth.precision()
@@ -241,8 +233,8 @@ def fit_equidistant_map(spot: np.ndarray, normal: np.ndarray) -> tuple[Equidista
         offset = np.zeros(2)
         notes.append('no contact at the pole: the detector\'s offset is assumed to be 0')
     if not others.any():
-        notes.append(f'no contact away from the pole: the scale is the nominal {NOMINAL_BETA:.3f} rad per half width')
-        return EquidistantMap(offset, NOMINAL_BETA), notes
+        notes.append(f'no contact away from the pole: the scale is the nominal {FINGER.nominal_beta:.3f} rad per half width')
+        return EquidistantMap(offset, FINGER.nominal_beta), notes
     distance = float(np.linalg.norm(spot[others] - offset, axis=1).sum())
     if not 1e-6 * others.sum() < distance < np.inf:  # half widths, mean distance from the pole: guards the division of eq 5
         raise BadCalibration('contacts away from the pole have the detector position of the pole: check that light reaches the detector')

@@ -15,9 +15,8 @@ import numpy as np
 
 from ..core.calibration_file import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration
 from ..core.errors import BadCalibration
-from .map import NOMINAL_BETA, EquidistantMap, LightShift, SmoothMap, exp_map, level_basis, tabulated
-
-LOAD_TERMS = 8  # of features
+from .constants import FINGER
+from .map import EquidistantMap, LightShift, SmoothMap, exp_map, level_basis, tabulated
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,7 @@ class FingerModel:
     array([[0., 0., 1.]])
     """
 
-    paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), NOMINAL_BETA))
+    paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), FINGER.nominal_beta))
     smooth: SmoothMap | None = None
     shift: LightShift | None = None
     deviation: float = np.pi / 18  # rad, of the uncalibrated map: above the largest error of the paper (6 degrees, fig 8)
@@ -178,7 +177,7 @@ class FingerModel:
     @cached_property
     def load_terms(self) -> np.ndarray:
         """(2, 8) coefficients of force and depth; NaN where not calibrated."""
-        return np.stack([np.full(LOAD_TERMS, np.nan) if fitted is None else fitted for fitted in (self.force, self.depth)])
+        return np.stack([np.full(FINGER.load_terms, np.nan) if fitted is None else fitted for fitted in (self.force, self.depth)])
 
 
 def cross_basis(spot: np.ndarray) -> np.ndarray:

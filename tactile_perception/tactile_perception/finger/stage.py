@@ -17,12 +17,10 @@ from tactile_msgs.msg import Contacts, PsdVoltages
 from ..common import messages as convert
 from ..core.errors import BadFrame
 from ..core.stage import Input, Stage
+from .constants import FINGER
 from .model import FingerModel, read_psd
 from .parameters import PSD_PARAMETERS, make_finger
 
-_MIN_PERIOD_S, _MAX_PERIOD_S = 1e-7, 1.0  # between samples: faster than any converter, longer than a press
-_MAX_V = 1e6  # beyond every converter
-_MAX_STAMP_S = 2**31 - 1  # seconds of a stamp are an int32
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
 
 
@@ -81,12 +79,12 @@ class FingerStage(Stage):
         count, period_s = len(message.voltages), message.sample_period
         if count % 4 or not count:
             raise BadFrame(f'{count} voltages; a sample has four: the driver must publish whole samples')
-        if not (_MIN_PERIOD_S <= period_s <= _MAX_PERIOD_S or (math.isnan(period_s) and count == 4)):
-            raise BadFrame(f'sample_period is {period_s} s; it must be from {_MIN_PERIOD_S:g} to {_MAX_PERIOD_S:g} '
+        if not (FINGER.min_period_s <= period_s <= FINGER.max_period_s or (math.isnan(period_s) and count == 4)):
+            raise BadFrame(f'sample_period is {period_s} s; it must be from {FINGER.min_period_s:g} to {FINGER.max_period_s:g} '
                            '(NaN only for a single sample)')
-        if np.count_nonzero(np.abs(np.frombuffer(message.voltages, np.float32)) > _MAX_V):
-            raise BadFrame(f'a voltage is beyond {_MAX_V:g} V; publish NaN for an unknown sample')
-        if message.header.stamp.sec + count * _MAX_PERIOD_S > _MAX_STAMP_S:
+        if np.count_nonzero(np.abs(np.frombuffer(message.voltages, np.float32)) > FINGER.max_volts):
+            raise BadFrame(f'a voltage is beyond {FINGER.max_volts:g} V; publish NaN for an unknown sample')
+        if message.header.stamp.sec + count * FINGER.max_period_s > np.iinfo(np.int32).max:
             raise BadFrame(f'stamp {message.header.stamp.sec} s is near the largest stamp; the publisher must stamp with a clock')
 
     def estimate(self, message: PsdVoltages, stamp_s: float, topics: Collection[str]) -> dict[str, list]:

@@ -114,14 +114,13 @@ def report(fit: FingerFit) -> list[str]:
     return lines
 
 
-_CONTACT = 2  # value of phase in truth.npz
-
-
 class PsdRecording:
     """A recording folder. Raises BadRecording for a missing or damaged file.
 
     path: the folder. The ground truth position of a press is the label of the stage where there is one, otherwise the true position.
     """
+
+    CONTACT = 2  # value of phase in truth.npz
 
     def __init__(self, folder: str | Path):
         self.path = Path(folder)
@@ -141,7 +140,7 @@ class PsdRecording:
         samples where contacts begin or end.
         """
         numbers, count = TouchNumbers(), max(round(0.005 / self.period), 1)  # duration of one message, the default of psd_node
-        normals, touching = self._normals(), self._truth['n_contacts'] * (self._truth['phase'] == _CONTACT)
+        normals, touching = self._normals(), self._truth['n_contacts'] * (self._truth['phase'] == self.CONTACT)
         for begin in range(0, len(self), count):
             block = SampleBlock(self.volts[begin:begin + count], self._stamp(begin), self.period)
             yield block.stamp_ns, 'voltages', voltages_message(block, frame_id)
@@ -154,7 +153,7 @@ class PsdRecording:
         return round((float(self._t[k]) + FIRST_S) * 1e9)
 
     def _touches(self, k: int, normal: np.ndarray) -> list[Touch]:
-        if self._truth['phase'][k] != _CONTACT:
+        if self._truth['phase'][k] != self.CONTACT:
             return []
         radius, depth = float(self.meta['R_s_m']), 1e-3 * float(self._truth['indentation_mm'][k])
         touch = Touch(radius * normal, normal, depth, float(self._truth['force_N'][k]))
@@ -166,7 +165,7 @@ class PsdRecording:
         labels = self._input.get('label_theta')
         if labels is None:
             return normals
-        for begin, end in runs_of(self._truth['phase'] == _CONTACT):
+        for begin, end in runs_of(self._truth['phase'] == self.CONTACT):
             known = np.flatnonzero(np.isfinite(labels[begin:end]))
             if len(known):
                 phi, theta = (float(self._input[name][begin + known[0]]) for name in ('label_phi', 'label_theta'))

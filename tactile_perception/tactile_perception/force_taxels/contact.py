@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core.force_taxels import Touch
+from ..common.constants import COMMON
 from ..common.contact_tracker import ContactTracker
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.surface import Moments
 from ..common.surface_points import NON_CONTACT, STICKING
 from .taxels import Taxels
-
-_MAX_JUMP = 1.5  # pitches over which a contact may move between frames, from border to border
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ class ContactFinder:
         region.dot_confidence = np.where(touched, forces.probability, 1 - forces.probability)
         found = taxels.skin.contacts(forces.components, forces.variance, touched)
         touches = sorted(found.each, key=lambda touch: -touch.count)
-        tracked = self._tracker.assign(found.labels, [(touch.label, self._moments(touch)) for touch in touches], _MAX_JUMP * taxels.pitch,
-                                       stamp_s)
+        regions = [(touch.label, self._moments(touch)) for touch in touches]
+        tracked = self._tracker.assign(found.labels, regions, COMMON.max_step * taxels.pitch, stamp_s)
         contacts = [self._contact(touch, one.number, found.labels, is_calibrated) for touch, one in zip(touches, tracked)]
         if touches:
             region.outlines = [touch.outline for touch in touches]

@@ -12,8 +12,6 @@ from ..common.surface_points import scattered_normals
 from ..core.errors import BadFrame
 from .constants import FORCE_TAXEL
 
-_UPWARDS = np.array([0.0, 0.0, 1.0])
-
 
 class Taxels:
     """Geometry of a sensor.
@@ -48,7 +46,7 @@ class Taxels:
         self.given = positions, normals
         if normals is None:
             normals = scattered_normals(positions)
-            normals = np.where(np.isfinite(normals), normals, _UPWARDS)
+            normals = np.where(np.isfinite(normals), normals, [0.0, 0.0, 1.0])
         self.positions, self.normals = positions, normals / np.linalg.norm(normals, axis=1, keepdims=True)
         self.axes = np.stack([*tangents(self.normals), -self.normals], axis=1)
         away = np.linalg.norm(positions[:, None] - positions[None], axis=2)

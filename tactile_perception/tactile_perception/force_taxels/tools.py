@@ -25,7 +25,6 @@ from .constants import FORCE_TAXEL
 from .parameters import FORCE_NODE, FORCE_PARAMETERS, SENSOR
 from .taxels import Taxels
 
-_DIRECTIONS = np.array([(0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])  # in which the weight acts on the sensor, a recording each
 _TOPIC, _TYPE = 'taxels', 'sensor_msgs/msg/PointCloud2'
 
 
@@ -54,9 +53,10 @@ def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: s
         If the weight is missing, or the recordings do not determine the response along all axes.
     """
     values = read_parameters(params, FORCE_NODE, FORCE_PARAMETERS)
+    directions = np.array([(0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])  # in which the weight acts, a recording each
     loads, left_out, taxels = [], [], None
     for number, bag in enumerate(bags):
-        direction = None if weight is None else weight * _DIRECTIONS[number % len(_DIRECTIONS)]
+        direction = None if weight is None else weight * directions[number % len(directions)]
         taxels, found = read_loads(bag, namespace, direction, left_out)
         loads += found
     matrix, error, errors = fit_response(taxels, loads)

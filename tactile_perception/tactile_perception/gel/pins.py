@@ -23,13 +23,8 @@ from ..core.calibration_file import AGAIN, fitted_arrays
 from ..core.errors import BadCalibration
 from ..layer.estimator import UP, DotNoise, GelResult, known_dots
 from ..layer.undeformed import spacing_of
+from .constants import PIN
 
-_CONTACT_SHARE = 0.5  # of the largest displacement: pins beside the contact move less
-_CORRELATION_SPACINGS, _NUGGET = 1.0, 1e-3  # neighbouring pins move alike over so many spacings; variance of a pin's own part over that
-_MIN_POSITIONS = 12  # four numbers for each of three functions
-_RIDGES = 10.0 ** np.arange(-4.0, 2.0, 0.5)  # candidates, in units of the largest singular value squared
-_MAX_UNEXPLAINED = 3.0  # times what presses in the calibration leave unexplained; more is another object or a position far from all presses
-_RANGE_SIGMAS = 2.0  # a result may lie so many standard deviations outside the calibrated range
 SENSOR = 'pins'  # sensor type, of its calibration
 _SHAPES = {'rest': (None, 2), 'spacing': (), 'directions': (None, None), 'weights': (None, 3), 'curve': (3,), 'covariance': (3, 3),
            'unexplained': (), 'depth': (2,), 'outline': (None, 2), 'height': (6,)}
@@ -106,9 +101,9 @@ class PinModel:
         covariance = self.covariance * np.outer([1, 1, -1], [1, 1, -1])  # z falls as depth grows
         sigma = np.sqrt(np.diag(covariance))
         unexplained = np.sqrt(np.mean((displacements - along @ self.directions)**2))
-        margin, inside = _RANGE_SIGMAS * sigma, cv2.pointPolygonTest(self.outline.astype(np.float32), tuple(map(float, position)), True)
+        margin, inside = PIN.range_sigmas * sigma, cv2.pointPolygonTest(self.outline.astype(np.float32), tuple(map(float, position)), True)
         is_in_range = (inside > -margin[:2].max() and self.depth[0] - margin[2] < depth < self.depth[1] + margin[2]
-                       and unexplained < _MAX_UNEXPLAINED * self.unexplained)
+                       and unexplained < PIN.max_unexplained * self.unexplained)
         z = float(_terms(position[None])[0] @ self.height) - depth
         return np.append(position, z), float(depth), covariance, bool(is_in_range)
 
@@ -116,10 +111,10 @@ class PinModel:
 def smoothed(undeformed: np.ndarray, spacing: float, tracks: DotTracks) -> np.ndarray:
     """(2 M,) px: displacements at undeformed positions (M, 2) px, interpolated from those of a frame's dots by a Gaussian process."""
     def correlation(a, b):
-        return np.exp(-((a[:, None] - b)**2).sum(axis=2) / (2 * (_CORRELATION_SPACINGS * spacing)**2))
+        return np.exp(-((a[:, None] - b)**2).sum(axis=2) / (2 * (PIN.correlation * spacing)**2))
     known = np.isfinite(tracks.duv).all(axis=1) & np.isfinite(tracks.uv).all(axis=1)
     positions = tracks.rest_uv[known]
-    field = np.linalg.solve(correlation(positions, positions) + _NUGGET * np.eye(len(positions)), tracks.duv[known])
+    field = np.linalg.solve(correlation(positions, positions) + PIN.nugget * np.eye(len(positions)), tracks.duv[known])
     return (correlation(undeformed, positions) @ field).ravel()
 
 
@@ -162,21 +157,22 @@ def fit_pins(undeformed: np.ndarray, displacements: np.ndarray, position: np.nda
     """
     pressed, press = np.unique(np.round(position[:, :2], 4), axis=0, return_inverse=True)
     press = press.ravel()
-    if len(pressed) < _MIN_POSITIONS or np.linalg.matrix_rank(pressed - pressed.mean(axis=0), 1e-4) < 2:
-        raise BadCalibration(f'{len(pressed)} positions were pressed; record {_MIN_POSITIONS} or more that are not collinear')
+    if len(pressed) < PIN.min_positions or np.linalg.matrix_rank(pressed - pressed.mean(axis=0), 1e-4) < 2:
+        raise BadCalibration(f'{len(pressed)} positions were pressed; record {PIN.min_positions} or more that are not collinear')
     goal = np.column_stack([depth[:, None] * position[:, :2], depth])
+    ridges = np.array(PIN.ridges)
     groups = press % min(len(pressed), 10)  # ten parts, each of whole positions
-    reported, unexplained = np.empty((len(_RIDGES), *goal.shape)), np.empty(len(goal))
+    reported, unexplained = np.empty((len(ridges), *goal.shape)), np.empty(len(goal))
     for group in np.unique(groups):
         out = groups == group
-        directions, *weights = _ridges(displacements[~out], goal[~out], _RIDGES)
+        directions, *weights = _ridges(displacements[~out], goal[~out], ridges)
         along = displacements[out] @ directions.T
         reported[:, out] = along @ np.array(weights)
         unexplained[out] = np.sqrt(np.mean((displacements[out] - along @ directions)**2, axis=1))
     fits = [_judged(one, position, depth) for one in reported]
     best = int(np.argmin([np.linalg.norm(error, axis=1).mean() for _, error in fits]))
     curve, error = fits[best]
-    directions, weights = _ridges(displacements, goal, _RIDGES[best:best + 1])
+    directions, weights = _ridges(displacements, goal, ridges[best:best + 1])
     height = np.linalg.lstsq(_terms(position[:, :2]), position[:, 2] + depth, rcond=None)[0]
     outline = cv2.convexHull(position[:, :2].astype(np.float32))[:, 0].astype(float)
     model = PinModel(undeformed, spacing_of(undeformed), directions, weights, curve, error.T @ error / len(error),
@@ -237,7 +233,7 @@ class PinEstimator:
         contacts = []
         if is_pressed:
             self._next_id += not self._is_pressed
-            self._outline(region, undeformed, displacement > _CONTACT_SHARE * np.sort(displacement)[-3])
+            self._outline(region, undeformed, displacement > PIN.contact_share * np.sort(displacement)[-3])
             contacts = [self._contact(tracks, region)]
         self._is_pressed = is_pressed
         points = partial(dot_points, (1, len(tracks)), np.pad(undeformed + tracks.duv * metres, ((0, 0), (0, 1))),

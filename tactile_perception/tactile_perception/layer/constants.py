@@ -59,6 +59,8 @@ class LayerConstants:
     max_drift: float = constant(0.25, 'pitch', 'limit', 'a dot whose undeformed position differs by more is another dot')
     max_new_share: float = constant(0.2, '1', 'limit', 'of the dots of a frame; if more are new, the undeformed gel is measured again')
     min_pitch: float = constant(0.02, 'thickness', 'limit', 'below, a press moves all dots alike')
+    max_px: float = constant(1e5, 'px', 'limit', 'of a coordinate; no camera has so many pixels')
+    no_force: float = constant(1e-30, 'm^2', 'numeric', 'squared displacements without any force')
     max_pitch: float = constant(4.0, 'thickness', 'limit', 'above, it moves only one dot')
 
 

@@ -11,8 +11,6 @@ from ..core.errors import BadFrame
 from .constants import LAYER
 from .layer import DiscLoads, Layer
 
-_TINY = 1e-30  # m^2, no force
-
 
 @dataclass(frozen=True)
 class Disc:
@@ -79,7 +77,7 @@ class DiscFit:
         columns = columns - uniform @ (uniform.T @ columns)
         gram = columns.transpose(0, 2, 1) @ columns
         size = np.trace(gram, axis1=1, axis2=2)  # nearly 0 for a disc that moves no dot; the ridge makes such a candidate explain nothing
-        gram += 1e-9 * max(float(size.max()), _TINY) * np.eye(3)
+        gram += 1e-9 * max(float(size.max()), LAYER.no_force) * np.eye(3)
         return np.linalg.solve(np.linalg.cholesky(gram), columns.transpose(0, 2, 1))
 
     @staticmethod
@@ -150,7 +148,7 @@ class DiscFit:
         for disc in known:
             squares[_overlap(self._candidates, disc)] = 0.0
         best = int(squares.argmax())
-        return self._candidates[best], min(float(squares[best]) / max(float(np.sum(residual**2)), _TINY), 1.0)
+        return self._candidates[best], min(float(squares[best]) / max(float(np.sum(residual**2)), LAYER.no_force), 1.0)
 
 
 class _Problem:

@@ -19,8 +19,6 @@ from .constants import LAYER
 from .discs import Disc
 from .undeformed import UndeformedDots, layer_of
 
-MAX_PX = 1e5  # no camera has so many pixels
-
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -82,7 +80,7 @@ class DotNoise:
 
 def known_dots(tracks: DotTracks, name: str) -> DotTracks:
     """The dots whose undeformed positions are known; name: of the dots in messages. Raises BadFrame for fewer than MIN_DOTS."""
-    known = ((np.abs(tracks.duv) < MAX_PX) & (np.abs(tracks.uv) < MAX_PX)).all(axis=1)
+    known = ((np.abs(tracks.duv) < LAYER.max_px) & (np.abs(tracks.uv) < LAYER.max_px)).all(axis=1)
     if known.sum() < LAYER.min_dots:
         raise BadFrame(f'{known.sum()} {name} with a known undeformed position; {LAYER.min_dots} are needed: check the view, or take a new '
                        'reference')

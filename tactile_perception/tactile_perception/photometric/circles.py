@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from scipy.fft import irfft2, next_fast_len, rfft2
 
-_SMALLEST, _LARGEST = 0.02, 0.25  # radii of circles that are searched, of the width of the image
+from .constants import PHOTOMETRIC
 
 
 class Circle(NamedTuple):
@@ -32,9 +32,10 @@ class CircleSearch:
         self._reduced = max(shape[1] / 96, 1.0)  # px, of the images that are searched: the fit moves a centre by more than such a pixel
         self._size = round(shape[1] / self._reduced), round(shape[0] / self._reduced)
         columns, rows = self._size
-        margin = int(2 * _LARGEST * columns) + 1
+        smallest, largest = PHOTOMETRIC.circle_radii
+        margin = int(2 * largest * columns) + 1
         self._padded = next_fast_len(rows + margin), next_fast_len(columns + margin)
-        self._radii = columns * np.exp(np.arange(np.log(_SMALLEST), np.log(_LARGEST), np.log(1.1)))  # from one radius to the next
+        self._radii = columns * np.exp(np.arange(np.log(smallest), np.log(largest), np.log(1.1)))  # from one radius to the next
         y, x = (np.fft.fftfreq(count, 1 / count).astype(np.float32) for count in self._padded)
         self._kernels = [self._kernels_of(x[None], y[:, None], radius) for radius in self._radii]
 

@@ -15,8 +15,7 @@ _POWERS = [tuple(one.count(channel) for channel in range(3)) for order in (1, 2,
            for one in combinations_with_replacement(range(3), order)]
 #: Coefficients vary linearly with the two image coordinates, and those of the first order with their squares and product, too: the light
 #: of near lamps is not even.
-_LINEAR, _SQUARED = 3, 3
-FEATURES = _LINEAR * len(_POWERS) + _SQUARED * 3
+FEATURES = 3 * len(_POWERS) + 3 * 3
 
 
 def features(change: np.ndarray, position: np.ndarray) -> np.ndarray:
@@ -33,7 +32,7 @@ def features(change: np.ndarray, position: np.ndarray) -> np.ndarray:
     for k, part in enumerate((x, y), 1):
         np.multiply(colour, part, out=found[k * count:(k + 1) * count])
     for k, part in enumerate((x * x, x * y, y * y)):
-        np.multiply(colour[:3], part, out=found[_LINEAR * count + 3 * k:_LINEAR * count + 3 * k + 3])
+        np.multiply(colour[:3], part, out=found[3 * (count + k):3 * (count + k + 1)])
     return found.T
 
 

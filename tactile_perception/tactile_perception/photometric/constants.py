@@ -10,6 +10,20 @@ from tactile_driver.constants import constant
 class PhotometricConstants:
     """Pixels are those of a working image, 320 px wide."""
 
+    width_px: int = constant(320, 'px', 'numeric',
+                             'of a working image: 0.06 mm a pixel on a gel of 19 mm, a third of the blur that the skin itself has')
+    window_px: int = constant(9, 'px', 'numeric',
+                              'side of the square over which changes are averaged before they are judged; a fifth of the smallest contact')
+    max_flat_distance: float = constant(30.7, 'sigma^2', 'limit', 'squared distance of the averaged change of a flat skin: chi-squared of '
+                                                                  'three colours, one false pixel in a million')
+    min_bend: float = constant(0.15, '1', 'limit', 'of the mean bend of the skin beside an object; a skin that bends back by less lies on '
+                                                   'an object. A flat object has none')
+    significant_sigmas: float = constant(3.0, 'sigma', 'limit', 'of the depth of an untouched skin, from which on a skin is dented')
+    circle_radii: tuple[float, float] = constant((0.02, 0.25), 'width', 'limit', 'of the image; smallest and largest that are searched')
+    shape_error: float = constant(0.12, '1', 'physical', 'of a force by the shape of the object, from a ball to a flat rod')
+    table_radii: tuple[float, float] = constant((0.1, 2.0), 'thickness', 'numeric',
+                                                'smallest and largest radius of a contact in the table; beyond, the nearest counts')
+    table_size: int = constant(24, '1', 'numeric', 'radii of the table')
     min_presses: int = constant(6, '1', 'limit', 'for a polynomial that changes linearly over the image, and one press left out')
     inner: float = constant(0.6, 'radius', 'limit', 'of the found circle: certainly on the ball, as the skin leaves the ball gradually')
     max_circle: float = constant(1.6, 'radius', 'limit', 'of the ball: its circle is smaller, and is found up to half larger')

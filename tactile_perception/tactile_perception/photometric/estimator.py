@@ -19,8 +19,8 @@ from ..core.errors import BadFrame
 from .constants import PHOTOMETRIC
 from .force import ForceLaw
 from .markers import dot_states
-from .model import SIGNIFICANT, DepthModel, Reconstruction, deeper_half
-from .observation import WORKING_WIDTH, Background, relative_change, to_working_size
+from .model import DepthModel, Reconstruction, deeper_half
+from .observation import Background, relative_change, to_working_size
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class PhotometricEstimator:
         now = cv2.resize(self._background.image, size, interpolation=cv2.INTER_AREA)
         change = relative_change(now, self._model.background)
         overall, part = float(np.sqrt(np.mean(change**2, axis=(0, 1))).max()), np.abs(change).max(axis=2)
-        limit = SIGNIFICANT * self._model.slope_error
+        limit = PHOTOMETRIC.significant_sigmas * self._model.slope_error
         if overall > limit:
             return (f'the untouched gel differs by {overall:.0%} from that of the calibration: the light changed, the gel was exchanged or '
                     'is dirty, or something touched it when the reference was taken; call set_reference, or calibrate again')
@@ -141,7 +141,7 @@ class PhotometricEstimator:
         patches, labels = self._patches(touching, depth, pixel)
         region = self._region(patches, depth, pixel)
         tracked = self._tracker.assign(labels, [(patch.label, patch.moments) for patch in patches],
-                                       PHOTOMETRIC.max_jump * WORKING_WIDTH * pixel, stamp_s)
+                                       PHOTOMETRIC.max_jump * PHOTOMETRIC.width_px * pixel, stamp_s)
         contacts = [replace(self._contact(patch, depth, slope, pixel), id=one.number) for patch, one in zip(patches, tracked)]
         points = partial(self._points, depth, slope, region.dot_state, pixel)
         return PhotometricResult(region, contacts, self._wrench(patches, contacts), points, depth, touching, pixel)

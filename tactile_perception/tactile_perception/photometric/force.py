@@ -16,10 +16,7 @@ import numpy as np
 
 from ..layer.layer import depressions
 from ..layer.undeformed import layer_of
-
-#: Relative standard deviation of a force by the shape of the object: from a ball to a flat rod the law changes by 12 %.
-SHAPE_ERROR = 0.12
-_SMALLEST, _LARGEST, _RADII = 0.1, 2.0, 24  # radii of contacts in thicknesses of the layer, and their number; beyond, the nearest counts
+from .constants import PHOTOMETRIC
 
 
 class ForceLaw:
@@ -37,7 +34,7 @@ class ForceLaw:
     def __init__(self, modulus: float, values: Mapping):
         self._modulus, thickness = modulus, values['gel.thickness']
         layer = layer_of(values)
-        self._radii = thickness * np.geomspace(_SMALLEST, _LARGEST, _RADII)
+        self._radii = thickness * np.geomspace(*PHOTOMETRIC.table_radii, PHOTOMETRIC.table_size)
         # In a half-space the depression is 3 (1 - nu) / (8 a).
         self._stiffening = 3 * (1 - layer.poisson) / (8 * self._radii) / depressions(layer, self._radii)
 

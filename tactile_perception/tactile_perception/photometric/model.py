@@ -15,15 +15,6 @@ from .colour import FEATURES, features, image_positions
 from .constants import PHOTOMETRIC
 from .surface import Integrator, bend, fill_hidden
 
-#: px of a working image: changes are averaged over a square of this side before they are judged; a fifth of the smallest contact.
-_WINDOW = 9
-#: Squared distance, in standard deviations of the averaged change, beyond which the skin has a slope: chi-squared of three colours, one
-#: false pixel in a million.
-_CHANGED = 30.7
-#: Of the bend that the skin beside an object has in the mean: a skin that bends back by less lies on an object. A flat object has none.
-_FREE = 0.15
-#: Standard deviations of the depth of an untouched skin from which on a skin is dented.
-SIGNIFICANT = 3.0
 _FITTED = {'coefficients': (FEATURES, 2), 'noise': (3, 3), 'background': (None, None, 3), 'depth_sigma': (),
            'slope_error': (), 'position_sigma': (), 'skirt': ()}
 
@@ -32,7 +23,7 @@ _OPTIONAL = 'modulus', 'force_error', 'field', 'steepest'
 
 def averaged(change: np.ndarray) -> np.ndarray:
     """Changes (H, W, 3), averaged over the window in which they are judged."""
-    return cv2.blur(change, (_WINDOW, _WINDOW))
+    return cv2.blur(change, (PHOTOMETRIC.window_px, PHOTOMETRIC.window_px))
 
 
 @dataclass(frozen=True)
@@ -71,7 +62,7 @@ class DepthModel:
     def is_changed(self, change: np.ndarray) -> np.ndarray:
         """(H, W) bool: where changes (H, W, 3) of colour are more than the noise of an untouched skin."""
         white = cv2.transform(averaged(change), np.linalg.inv(np.linalg.cholesky(self.noise)).astype(np.float32))
-        return cv2.transform(white * white, np.ones((1, 3), np.float32)) > _CHANGED
+        return cv2.transform(white * white, np.ones((1, 3), np.float32)) > PHOTOMETRIC.max_flat_distance
 
 
 class Reconstruction:
@@ -107,7 +98,7 @@ class Reconstruction:
         """(H, W) bool: where the skin lies on an object. It is dented by more than the noise, and than the error of the dent that it is in,
         and does not bend back to flat."""
         width, model = depth.shape[1], self._model
-        dented = depth > SIGNIFICANT * model.depth_sigma * width
+        dented = depth > PHOTOMETRIC.significant_sigmas * model.depth_sigma * width
         if not dented.any():
             return dented
         left, top, columns, rows = cv2.boundingRect(dented.astype(np.uint8))
@@ -116,8 +107,8 @@ class Reconstruction:
         count, dents = cv2.connectedComponents(dented[near].astype(np.uint8))
         deepest = np.zeros(count, np.float32)
         np.maximum.at(deepest, dents[dents > 0], depth[near][dents > 0])
-        lies = (depth[near] > SIGNIFICANT * model.slope_error * deepest[dents]) & (
-            bend(slope[near]) < _FREE / (model.skirt * width)**2 * depth[near])
+        lies = (depth[near] > PHOTOMETRIC.significant_sigmas * model.slope_error * deepest[dents]) & (
+            bend(slope[near]) < PHOTOMETRIC.min_bend / (model.skirt * width)**2 * depth[near])
         found = np.zeros(depth.shape, bool)
         found[near] = cv2.medianBlur((lies & dented[near]).astype(np.uint8), PHOTOMETRIC.speckle) > 0
         return found

@@ -10,15 +10,12 @@ import numpy as np
 
 from .constants import PHOTOMETRIC
 
-#: Width of the working images in px: 0.06 mm a pixel on a gel of 19 mm, a third of the blur that the skin itself has.
-WORKING_WIDTH = 320
-
 
 def to_working_size(image: np.ndarray) -> np.ndarray:
-    """An image (H, W, 3), reduced by averaging to WORKING_WIDTH px where it is wider; float32."""
+    """An image (H, W, 3), reduced by averaging to the working width where it is wider; float32."""
     height, width = image.shape[:2]
-    if width > WORKING_WIDTH:
-        image = cv2.resize(image, (WORKING_WIDTH, round(height * WORKING_WIDTH / width)), interpolation=cv2.INTER_AREA)
+    if width > PHOTOMETRIC.width_px:
+        image = cv2.resize(image, (PHOTOMETRIC.width_px, round(height * PHOTOMETRIC.width_px / width)), interpolation=cv2.INTER_AREA)
     return image.astype(np.float32)
 
 

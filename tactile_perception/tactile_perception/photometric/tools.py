@@ -24,7 +24,6 @@ from ..layer.tools import fit_modulus, load_report, read_loads
 from .calibration import BallFit, Press, draw_circles
 from .circles import CircleSearch
 from .constants import PHOTOMETRIC
-from .force import SHAPE_ERROR
 from .model import averaged
 from .observation import Background, to_working_size
 from .parameters import PHOTOMETRIC_NODE, PHOTOMETRIC_PARAMETERS, SENSOR
@@ -129,7 +128,7 @@ def calibrate_weights(bags: list[Path], params: Path, output: Path, namespace: s
         stage.reset()
         return stage
 
-    sigma = float(np.hypot(SHAPE_ERROR, content.fitted['slope_error']))
+    sigma = float(np.hypot(PHOTOMETRIC.shape_error, content.fitted['slope_error']))
     loads = read_loads(bags, new_stage, lambda force, stage: sigma * force, namespace, weight, left_out)
     fit, newtons = fit_modulus(loads), [load.newtons for load in loads]
     write_calibration(output, replace(

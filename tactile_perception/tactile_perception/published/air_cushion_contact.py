@@ -19,12 +19,9 @@ from ..press.estimate import OUT_OF_RANGE, TouchEstimate
 from ..press.field import MarkerField, common_rest
 from ..press.methods import Method
 from ..press.presses import Presses, rms_errors
-from .areal_sensor_contact_position import MIN_THRESHOLD, SQUARE, Cubics, bright_image, marker_dots
+from .areal_sensor_contact_position import Cubics, bright_image, marker_dots
+from .constants import AREAL, CUSHION
 from .detector import PublishedDetector
-
-# Non-local means, of which the paper gives no values
-DENOISING_STRENGTH = 10.0  # grey levels
-SEARCH_WINDOW = 7  # px, side of the window in which similar patches are searched
 
 
 class PaperCushionDetector(PublishedDetector):
@@ -33,18 +30,13 @@ class PaperCushionDetector(PublishedDetector):
     def detect(self, image: np.ndarray) -> Dots:
         """Markers of one image: centroid and area of their contours."""
         grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        denoised = cv2.fastNlMeansDenoising(bright_image(grey, self._sign), h=DENOISING_STRENGTH, searchWindowSize=SEARCH_WINDOW)
+        denoised = cv2.fastNlMeansDenoising(bright_image(grey, self._sign), h=CUSHION.denoising_strength,
+                                            searchWindowSize=CUSHION.search_window)
         binary = cv2.threshold(denoised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
-        contours = cv2.findContours(cv2.erode(binary, SQUARE), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+        contours = cv2.findContours(cv2.erode(binary, None), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
         moments = [m for m in map(cv2.moments, contours) if m['m00'] > 0]
         sums = np.array([(m['m00'], m['m10'], m['m01']) for m in moments]).reshape(-1, 3)
         return marker_dots(sums[:, 1:] / sums[:, :1], sums[:, 0])
-
-
-NEIGHBOURS = 5  # of a marker (equation 1)
-LARGEST_CHANGES = 4  # (equation 2)
-MAX_DISTANCE = 3.0  # pitches from the largest change to the others; the paper gives no number
-THRESHOLD_RATIO = 2.0  # detection threshold over the maximum change in untouched frames; the paper gives none
 
 
 def neighbours(rest: np.ndarray) -> np.ndarray:
@@ -67,9 +59,9 @@ def neighbours(rest: np.ndarray) -> np.ndarray:
     distance = np.hypot(*(rest[:, None] - rest[None]).transpose(2, 0, 1))
     distance[~np.isfinite(distance)] = np.inf
     np.fill_diagonal(distance, np.inf)
-    if np.isfinite(rest).all(1).sum() <= NEIGHBOURS:
-        raise BadCalibration(f'at least {NEIGHBOURS + 1} markers must be seen; check the image of the untouched dome')
-    return np.argsort(distance, axis=1)[:, :NEIGHBOURS]
+    if np.isfinite(rest).all(1).sum() <= CUSHION.neighbours:
+        raise BadCalibration(f'at least {CUSHION.neighbours + 1} markers must be seen; check the image of the untouched dome')
+    return np.argsort(distance, axis=1)[:, :CUSHION.neighbours]
 
 
 def distance_changes(field: MarkerField, near: np.ndarray) -> np.ndarray:
@@ -119,7 +111,7 @@ def four_largest(changes: np.ndarray, positions: np.ndarray, max_distance: float
     if not changes[first] > 0:
         return None
     is_near = np.hypot(*(positions - positions[first]).T) <= max_distance
-    four = np.argsort(np.where(is_near, changes, -1.0))[::-1][:LARGEST_CHANGES]
+    four = np.argsort(np.where(is_near, changes, -1.0))[::-1][:CUSHION.largest_changes]
     four = four[is_near[four]]
     middle, share = positions[four].mean(0), changes[four] / changes[four].sum()
     return middle + share @ (positions[four] - middle), float(changes[four].mean())
@@ -169,7 +161,7 @@ class PaperCushion:
         """Position (2,) in sensor x and y and mean change, m; None if nothing changed. Raises BadArgument for another pattern."""
         if len(field) != len(self.near):
             raise BadArgument(f'calibrated for {len(self.near)} markers, got a field of {len(field)}')
-        return four_largest(distance_changes(field, self.near), self.points[:, :2], MAX_DISTANCE * max(self.sensor.pitch))
+        return four_largest(distance_changes(field, self.near), self.points[:, :2], CUSHION.max_distance * max(self.sensor.pitch))
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The contact of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
@@ -187,12 +179,12 @@ def calibrate_cushion(presses: Presses, sensor: MarkerSensor, _known: CushionCal
     """Calibrate PaperCushion. Raises BadCalibration if the presses determine no rising cubic."""
     rest, camera_centres = common_rest(presses.fields)
     near, positions = neighbours(rest), rest_points(rest, camera_centres, sensor)[:, :2]
-    found = [four_largest(distance_changes(field, near), positions, MAX_DISTANCE * max(sensor.pitch)) for field in presses.fields]
+    found = [four_largest(distance_changes(field, near), positions, CUSHION.max_distance * max(sensor.pitch)) for field in presses.fields]
     change = np.array([0.0 if f is None else f[1] for f in found])
     cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
     if np.isnan(cubic.low).any():
         raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
-    quiet = float(max(THRESHOLD_RATIO * change[~presses.touching].max(initial=0.0), MIN_THRESHOLD))
+    quiet = float(max(CUSHION.threshold_ratio * change[~presses.touching].max(initial=0.0), AREAL.min_threshold))
     found = CushionCalibration(rest, camera_centres, cubic, quiet, np.nan, np.nan)
     return replace(found, **rms_errors(PaperCushion(found, sensor), presses))
 

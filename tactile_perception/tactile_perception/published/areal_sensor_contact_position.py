@@ -19,12 +19,8 @@ from ..press.estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..press.field import MarkerField, common_rest
 from ..press.methods import Method
 from ..press.presses import Presses, rms_errors
+from .constants import AREAL
 from .detector import PublishedDetector
-
-GREEN = 1  # channel
-SQUARE = np.ones((3, 3), np.uint8)  # of opening and erosion
-MIN_AREA = 6  # px; smaller regions are noise
-MIN_MEDIAN_AREAS, MAX_MEDIAN_AREAS = 0.2, 5.0  # median areas, the smallest and the largest marker
 
 
 class PaperArealDetector(PublishedDetector):
@@ -32,8 +28,8 @@ class PaperArealDetector(PublishedDetector):
 
     def detect(self, image: np.ndarray) -> Dots:
         """Markers of one image: centroid and number of their pixels."""
-        green = image if image.ndim == 2 else cv2.extractChannel(image, GREEN)
-        opened = cv2.morphologyEx(bright_image(green, self._sign), cv2.MORPH_OPEN, SQUARE)
+        green = image if image.ndim == 2 else cv2.extractChannel(image, 1)
+        opened = cv2.morphologyEx(bright_image(green, self._sign), cv2.MORPH_OPEN, None)  # None: a square of 3 px
         binary = cv2.threshold(opened, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
         _, _, stats, centre = cv2.connectedComponentsWithStats(binary, connectivity=8)
         return marker_dots(centre[1:], stats[1:, cv2.CC_STAT_AREA])
@@ -47,16 +43,13 @@ def bright_image(grey: np.ndarray, sign: int) -> np.ndarray:
 def marker_dots(uv: np.ndarray, area: np.ndarray) -> Dots:
     """Those of the regions at uv (N, 2) px that have a marker's size; area: (N,) px. Raises BadFrame without any."""
     area = np.asarray(area, float)
-    kept = area >= MIN_AREA
+    kept = area >= AREAL.min_area
     median = np.median(area[kept]) if kept.any() else np.nan
-    kept &= (area > MIN_MEDIAN_AREAS * median) & (area < MAX_MEDIAN_AREAS * median)
+    smallest, largest = AREAL.median_areas
+    kept &= (area > smallest * median) & (area < largest * median)
     if not kept.any():
         raise BadFrame('no region of a marker\'s size is left after the threshold: check light, focus and the parameter polarity')
     return Dots(np.asarray(uv, float)[kept], area[kept], np.full(int(kept.sum()), np.nan))
-
-
-DEGREE = 3  # of the polynomials (paper: "the third-degree polynomial is the best fit")
-RANGE_MARGIN = 0.05  # of the calibrated range: a value further below it is out of range
 
 
 @dataclass(frozen=True)
@@ -80,7 +73,7 @@ class Cubics:
     high: np.ndarray
 
     def __post_init__(self):
-        if self.coefficients.shape != (len(self.low), DEGREE + 1) or self.low.shape != self.high.shape:
+        if self.coefficients.shape != (len(self.low), AREAL.degree + 1) or self.low.shape != self.high.shape:
             raise ValueError(f'coefficients {self.coefficients.shape} of {len(self.low)} markers')
 
     @classmethod
@@ -100,10 +93,10 @@ class Cubics:
             NaN for a marker that was seen fewer than five times, or whose x does not change.
         """
         count = x.shape[1]
-        coefficients, low, high = np.full((count, DEGREE + 1), np.nan), np.full(count, np.nan), np.full(count, np.nan)
+        coefficients, low, high = np.full((count, AREAL.degree + 1), np.nan), np.full(count, np.nan), np.full(count, np.nan)
         for k, column in enumerate(x.T):
             seen = np.isfinite(column)
-            if seen.sum() <= DEGREE + 1 or not np.ptp(column[seen]) > 0:
+            if seen.sum() <= AREAL.degree + 1 or not np.ptp(column[seen]) > 0:
                 continue
             low[k], high[k] = column[seen].min(), column[seen].max()
             coefficients[k] = _monotone((column[seen] - low[k]) / (high[k] - low[k]), depth[seen])
@@ -113,14 +106,15 @@ class Cubics:
         """Depths (K,), m, of x (K,) clamped to the calibrated range, NaN where unknown; and whether x lies outside it."""
         relative = (x - self.low) / (self.high - self.low)
         clamped = np.clip(relative, 0.0, 1.0)
-        return (self.coefficients * clamped[:, None] ** np.arange(DEGREE + 1)).sum(1), (relative > 1.0) | (relative < -RANGE_MARGIN)
+        is_outside = (relative > 1.0) | (relative < -AREAL.range_margin)
+        return (self.coefficients * clamped[:, None] ** np.arange(AREAL.degree + 1)).sum(1), is_outside
 
 
 def _monotone(x: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """(4,) coefficients over 0 <= x <= 1 of the highest degree up to three that only rises or only falls there: one x has one depth."""
-    samples, order = np.linspace(0.0, 1.0, 21)[:, None], np.arange(1, DEGREE + 1)
-    for degree in range(DEGREE, 0, -1):
-        fitted = np.zeros(DEGREE + 1)
+    samples, order = np.linspace(0.0, 1.0, 21)[:, None], np.arange(1, AREAL.degree + 1)
+    for degree in range(AREAL.degree, 0, -1):
+        fitted = np.zeros(AREAL.degree + 1)
         fitted[:degree + 1] = np.linalg.lstsq(x[:, None] ** np.arange(degree + 1), depth, rcond=None)[0]
         slope = samples ** (order - 1) @ (order * fitted[1:])
         if slope.min() >= 0 or slope.max() <= 0:
@@ -224,10 +218,7 @@ def plate_step(plate: Presses) -> float:
     """
     depth = np.round(plate.depth, 5)
     stops = np.unique(depth[1:][np.diff(depth) == 0])
-    return float(np.median(np.diff(stops if len(stops) > MIN_PLATE_DEPTHS else np.unique(depth))))
-
-
-MIN_PLATE_DEPTHS = 3  # with the undeformed sheet they determine a cubic
+    return float(np.median(np.diff(stops if len(stops) > AREAL.min_plate_depths else np.unique(depth))))
 
 
 def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
@@ -247,9 +238,9 @@ def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
         deeper at a corner of the sheet than in the middle by more than half a step.
     """
     depths = len(np.unique(np.round(plate.depth[plate.touching], 5)))
-    if depths < MIN_PLATE_DEPTHS:
-        raise BadCalibration(f'plate: {depths} depths; at least {MIN_PLATE_DEPTHS} are needed: press it in steps of a millimetre over the '
-                             'whole range')
+    if depths < AREAL.min_plate_depths:
+        raise BadCalibration(f'plate: {depths} depths; at least {AREAL.min_plate_depths} are needed: press it in steps of a millimetre '
+                             'over the whole range')
     slopes = []
     for field, true in zip((field for field, on in zip(plate.fields, plate.touching) if on), plate.depth[plate.touching]):
         arm = field.rest - field.camera_centre[:, :2]
@@ -264,9 +255,6 @@ def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
     if at_corner > plate_step(plate) / 2:
         raise BadCalibration(f'plate: tilted by {np.degrees(np.arctan(np.hypot(*slope))):.1f} degrees, so that a corner is '
                              f'{1e3 * at_corner:.1f} mm deeper than the middle; align it with the sheet')
-
-
-NEIGHBOURS = 2  # on each side of the deepest marker (equation 13)
 
 
 @dataclass(frozen=True)
@@ -322,15 +310,12 @@ def grid_point(depth: np.ndarray, positions: np.ndarray) -> GridPoint | None:
 
 
 def _lines(depth, positions, row, column):
-    """Along x and along y: positions and depths of the deepest marker and its NEIGHBOURS, fewer at the border."""
+    """Along x and along y: positions and depths of the deepest marker and its neighbours, fewer at the border."""
     for axis in (0, 1):
-        index = (column, row)[axis] + np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
+        index = (column, row)[axis] + np.arange(-AREAL.neighbours, AREAL.neighbours + 1)
         index = index[(index >= 0) & (index < depth.shape[1 - axis])]
         line = (row, index) if axis == 0 else (index, column)
         yield positions[line][:, axis], depth[line]
-
-
-MIN_THRESHOLD = 2e-4  # m, of depth and of change of distance. The paper gives none; of a sheet, it is the maximum of untouched frames
 
 
 @dataclass(frozen=True)
@@ -393,12 +378,8 @@ def calibrate_paper(presses: Presses, sensor: MarkerSensor, _known: PaperCalibra
         check_plate(presses.plate, sensor)
     depths = MarkerDepths.fit(presses, min(sensor.pitch))
     untouched = [np.nanmax(depths.depths(field)[0], initial=0.0) for field, on in zip(presses.fields, presses.touching) if not on]
-    found = PaperCalibration(depths, float(max([*untouched, MIN_THRESHOLD])), np.nan, np.nan)
+    found = PaperCalibration(depths, float(max([*untouched, AREAL.min_threshold])), np.nan, np.nan)
     return replace(found, **rms_errors(PaperTouch(found, sensor), presses))
-
-
-INITIAL_SPEED_SIGMA = 0.1  # m/s, standard deviation of the velocity with which a contact begins
-ACCELERATION_SIGMA = 0.5  # m/s^2, standard deviation: a hand moves over a sheet within centimetres and tenths of a second
 
 
 class ContactFilter:
@@ -436,13 +417,13 @@ class ContactFilter:
         measured = np.append(contact.position, contact.depth)
         noise = np.append(np.diag(contact.covariance), contact.depth_sigma**2)
         if before is None:
-            variance = np.stack([noise, np.full(4, INITIAL_SPEED_SIGMA**2)], axis=1)
+            variance = np.stack([noise, np.full(4, AREAL.speed_sigma**2)], axis=1)
             return stamp_s, np.stack([measured, np.zeros(4)]), variance[:, :, None] * np.eye(2)
         last_s, mean, covariance = before
         interval = stamp_s - last_s
         step, push = np.array([[1.0, interval], [0.0, 1.0]]), np.array([interval**2 / 2, interval])
         mean = step @ mean
-        covariance = step @ covariance @ step.T + ACCELERATION_SIGMA**2 * np.outer(push, push)
+        covariance = step @ covariance @ step.T + AREAL.acceleration_sigma**2 * np.outer(push, push)
         gain = covariance[:, :, 0] / (covariance[:, 0, 0] + noise)[:, None]
         return stamp_s, mean + gain.T * (measured - mean[0]), covariance - gain[:, :, None] * covariance[:, :1, :]
 

@@ -11,14 +11,7 @@ import numpy as np
 import scipy
 
 from ..common.dots import Dots
-
-# The variances are those of the authors' program, for frames of video.
-FRAME_S = 1 / 30  # s
-INITIAL_COVARIANCE = np.diag([10.0, 1e4])  # of a coordinate and its velocity where a track begins
-PROCESS_COVARIANCE = np.array([np.diag([1.0, 0.01]), np.diag([1.0, 0.01]), np.diag([1.0, 1e-4])])  # added a frame: column, row, area
-MEASUREMENT_VARIANCE = np.array([1.0, 1.0, 10.0])  # column and row, px^2; area, px^4
-MIN_OVERLAP = 0.3  # intersection over union of a box with the predicted one
-MAX_AGE = 1  # frames in which a track may be unseen: the default of the authors' program
+from .constants import SORT
 
 
 class SortNumbers:
@@ -60,10 +53,10 @@ class SortNumbers:
             uv = dots.uv if self._pattern is None else np.asarray(self._pattern, float)
             self._begin(np.column_stack([uv, np.full(len(uv), np.median(boxes[:, 2]))]), np.arange(len(uv)))
         else:
-            self._predict((stamp_s - self._stamp_s) / FRAME_S)
+            self._predict((stamp_s - self._stamp_s) / SORT.frame_s)
         overlap = self._overlap(boxes)
         track, dot = scipy.optimize.linear_sum_assignment(overlap, maximize=True)
-        is_same = overlap[track, dot] >= MIN_OVERLAP
+        is_same = overlap[track, dot] >= SORT.min_overlap
         track, dot = track[is_same], dot[is_same]
         self._correct(track, boxes[dot])
         self._stamp_s = stamp_s
@@ -71,7 +64,7 @@ class SortNumbers:
         self._age[track] = 0
         id = np.full(len(boxes), -1)
         id[dot] = self._id[track]
-        kept = self._age <= MAX_AGE
+        kept = self._age <= SORT.max_age
         self._mean, self._covariance, self._id, self._age = (values[kept] for values in (self._mean, self._covariance, self._id, self._age))
         new = np.delete(boxes, dot, axis=0)
         self._begin(new, np.full(len(new), -1))
@@ -80,17 +73,17 @@ class SortNumbers:
     def _begin(self, boxes: np.ndarray, id: np.ndarray) -> None:
         """Begin a track at each of boxes (N, 3)."""
         self._mean = np.concatenate([self._mean, np.stack([boxes, np.zeros_like(boxes)], axis=2)])
-        self._covariance = np.concatenate([self._covariance, np.broadcast_to(INITIAL_COVARIANCE, (len(boxes), 3, 2, 2))])
+        self._covariance = np.concatenate([self._covariance, np.broadcast_to(np.diag(SORT.initial_variance), (len(boxes), 3, 2, 2))])
         self._id, self._age = np.append(self._id, id), np.append(self._age, np.zeros(len(boxes), int))
 
     def _predict(self, frames: float) -> None:
         step = np.array([[1.0, frames], [0.0, 1.0]])
         self._mean = self._mean @ step.T
-        self._covariance = step @ self._covariance @ step.T + frames * PROCESS_COVARIANCE
+        self._covariance = step @ self._covariance @ step.T + frames * np.array([*map(np.diag, SORT.process_variance)])
 
     def _correct(self, track: np.ndarray, boxes: np.ndarray) -> None:
         mean, covariance = self._mean[track], self._covariance[track]
-        gain = covariance[..., 0] / (covariance[..., 0, :1] + MEASUREMENT_VARIANCE[:, None])
+        gain = covariance[..., 0] / (covariance[..., 0, :1] + np.array(SORT.measurement_variance)[:, None])
         self._mean[track] = mean + gain * (boxes - mean[..., 0])[..., None]
         self._covariance[track] = covariance - gain[..., None] * covariance[..., :1, :]
 

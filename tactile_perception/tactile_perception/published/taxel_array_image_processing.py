@@ -18,16 +18,7 @@ from ..taxel.pressure import SoftPad, TaxelArray
 from ..taxel.region import find_regions
 from ..taxel.response import Response
 from ..taxel.wrench import GraspedObject, wrench_of
-
-# The paper names no detector of edges. This is Canny's; thresholds half and double of these find the same edges.
-EDGES = dict(threshold1=100, threshold2=200, L2gradient=True)  # grey levels, of an image scaled to 255
-# The paper gives no values for the corners and their flow. These are for contacts of 5 to 30 taxels.
-FEATURES = dict(maxCorners=50, qualityLevel=0.05, minDistance=2, blockSize=3)
-FLOW = dict(winSize=(7, 7), maxLevel=2)
-MIN_DISPLACEMENT = 0.05  # taxels a frame, of a feature that moves
-MIN_FEATURES = 3  # for an estimate of slip
-MIN_SIDE = 8  # taxels, of an image in which corners are detected
-ZERO_SIGMAS = 3.0  # standard deviations of the noise up to which a taxel counts as zero
+from .constants import TAXEL_ARRAY
 
 
 def image_moments(image: np.ndarray, array: TaxelArray) -> tuple[np.ndarray, float]:
@@ -76,7 +67,8 @@ def edge_loops(image: np.ndarray, array: TaxelArray) -> tuple[list[np.ndarray], 
     if not maximum > 0:
         return [], []
     grey = cv2.copyMakeBorder(np.clip(image * (255 / maximum), 0, 255).astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
-    lines, family = cv2.findContours(cv2.Canny(grey, **EDGES), cv2.RETR_TREE, cv2.CHAIN_APPROX_NONE)
+    edges = cv2.Canny(grey, *TAXEL_ARRAY.edge_thresholds, L2gradient=True)  # the paper names no detector of edges
+    lines, family = cv2.findContours(edges, cv2.RETR_TREE, cv2.CHAIN_APPROX_NONE)
     parents = family[0, :, 3] if lines else ()
     found: tuple[list, list] = [], []
     for line, parent in zip(lines, parents):
@@ -87,6 +79,12 @@ def edge_loops(image: np.ndarray, array: TaxelArray) -> tuple[list[np.ndarray], 
             position = (line[:, 0] - 1 - 0.5 * np.array([array.columns - 1, array.rows - 1])) * array.pitch
             found[depth // 2 % 2].append(np.pad(position, ((0, 0), (0, 1))))
     return found
+
+
+def _corners(image):
+    """(N, 1, 2) corner features of an image; None without any."""
+    return cv2.goodFeaturesToTrack(image, TAXEL_ARRAY.max_corners, TAXEL_ARRAY.corner_quality, TAXEL_ARRAY.corner_distance,
+                                   blockSize=TAXEL_ARRAY.corner_block)
 
 
 class PaperMethod:
@@ -124,7 +122,7 @@ class PaperMethod:
     def observe(self, pressure: np.ndarray, sigma: float, full: np.ndarray, stamp_s: float, can_roll: bool) -> Observed:
         """Regions of nonzero taxels, pressure (rows, columns) unchanged, and slip since the last frame; sigma: noise of the pressure; full:
         saturated taxels; stamp_s: s; can_roll changes nothing."""
-        touched = pressure > ZERO_SIGMAS * sigma
+        touched = pressure > TAXEL_ARRAY.zero_sigmas * sigma
         image = np.where(touched, pressure, 0)
         self.located, self.loops = image_moments(image, self._array), edge_loops(image, self._array)
         regions = find_regions(touched.astype(np.float32), pressure, self._array, full=full)
@@ -137,12 +135,13 @@ class PaperMethod:
             return SlipEstimate()
         image = np.clip(pressure * (255 / maximum), 0, 255).astype(np.uint8)
         last, self._last = self._last, (image, stamp_s)
-        corners = None if last is None or min(image.shape) < MIN_SIDE else cv2.goodFeaturesToTrack(last[0], **FEATURES)
-        if corners is None or len(corners) < MIN_FEATURES:
+        corners = None if last is None or min(image.shape) < TAXEL_ARRAY.min_side else _corners(last[0])
+        if corners is None or len(corners) < TAXEL_ARRAY.min_features:
             return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3))
-        now, status, _ = cv2.calcOpticalFlowPyrLK(last[0], image, corners, None, **FLOW)
+        side = TAXEL_ARRAY.flow_window
+        now, status, _ = cv2.calcOpticalFlowPyrLK(last[0], image, corners, None, winSize=(side, side), maxLevel=TAXEL_ARRAY.flow_levels)
         good = status.ravel() > 0
-        if good.sum() < MIN_FEATURES:
+        if good.sum() < TAXEL_ARRAY.min_features:
             return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3))
         return self._estimate(corners[good, 0], (now - corners)[good, 0], stamp_s - last[1])
 
@@ -152,7 +151,7 @@ class PaperMethod:
         return wrench_of(normal, centre, np.append(centre, contact[2]), replace(grasped, centre_of_mass=np.full(3, np.nan)))
 
     def _estimate(self, corners: np.ndarray, flow: np.ndarray, interval: float) -> SlipEstimate:
-        moves = np.hypot(flow[:, 0], flow[:, 1]) > MIN_DISPLACEMENT
+        moves = np.hypot(flow[:, 0], flow[:, 1]) > TAXEL_ARRAY.min_displacement
         fraction = float(moves.mean())
         self._state = next_state(self._state, fraction)
         position = (corners - 0.5 * np.array([self._array.columns - 1, self._array.rows - 1])) * self._array.pitch

@@ -24,13 +24,8 @@ from ..dots.links import FARTHEST
 from ..touchpad.contact import DotClassification
 from ..touchpad.membrane import MembraneMaterial
 from ..touchpad.pose import RigidMotion, fit_rigid
+from .constants import TOUCHPAD
 from .detector import PublishedDetector
-
-# The paper gives no values. These are for dots of 5 to 15 px in an image of 640 x 480.
-MEAN_SIDE = 31  # px, side of the square over which the local mean is taken
-MIN_AREA = 6  # px; smaller regions are noise
-MAX_IMAGE_SHARE = 0.02  # of the image, area of the largest region
-MAX_MEDIAN_AREAS = 4.0  # median areas, the largest region
 
 
 class PaperDetector(PublishedDetector):
@@ -53,7 +48,7 @@ class PaperDetector(PublishedDetector):
 
 def _emphasised(grey: np.ndarray, sign: int) -> np.ndarray:
     """Step 2: contrast emphasis, with bright dots; (H, W) uint8."""
-    mean = cv2.blur(grey, (MEAN_SIDE, MEAN_SIDE))
+    mean = cv2.blur(grey, (TOUCHPAD.mean_side, TOUCHPAD.mean_side))
     return cv2.normalize(cv2.subtract(mean, grey) if sign < 0 else cv2.subtract(grey, mean), None, 0, 255, cv2.NORM_MINMAX)
 
 
@@ -67,14 +62,10 @@ def _moments(inverted, labels, count):
 
 
 def _is_dot_sized(area, pixels):
-    kept = (area >= MIN_AREA) & (area < MAX_IMAGE_SHARE * pixels)
+    kept = (area >= TOUCHPAD.min_area) & (area < TOUCHPAD.max_image_share * pixels)
     if kept.any():
-        kept &= area < MAX_MEDIAN_AREAS * np.median(area[kept])
+        kept &= area < TOUCHPAD.max_median_areas * np.median(area[kept])
     return kept
-
-
-SEARCH_RADIUS = 0.5  # pitches around a predicted position. The paper gives no value; wider circles would overlap
-NEAREST_DOTS = 8  # those along the row and the column are among so many; the diagonal ones may be nearer than the latter
 
 
 class PaperNumbering:
@@ -136,7 +127,7 @@ class PaperNumbering:
 
 def _pitch(uv: np.ndarray) -> np.ndarray:
     """(2,) px, median distance along u and along v of dots at uv (N, 2) px from their nearest one in that direction."""
-    step = uv[scipy.spatial.cKDTree(uv).query(uv, min(NEAREST_DOTS + 1, len(uv)))[1][:, 1:]] - uv[:, None]
+    step = uv[scipy.spatial.cKDTree(uv).query(uv, min(TOUCHPAD.nearest_dots + 1, len(uv)))[1][:, 1:]] - uv[:, None]
     length, is_along_u = np.hypot(*step.transpose(2, 0, 1)), np.abs(step[..., 0]) > np.abs(step[..., 1])
     nearest = np.array([np.where(axis, length, np.inf).min(axis=1) for axis in (is_along_u, ~is_along_u)])
     known = [distances[np.isfinite(distances)] for distances in nearest]
@@ -146,7 +137,7 @@ def _pitch(uv: np.ndarray) -> np.ndarray:
 def _propagate_line(tree: scipy.spatial.cKDTree, start: np.ndarray, step: np.ndarray, count: int) -> list[int]:
     """Step 3, equations 17 and 18: dots in sequence, each predicted by the last two; it stops where there is none."""
     dots = [int(tree.query(start)[1])]
-    radius = SEARCH_RADIUS * np.linalg.norm(step)
+    radius = TOUCHPAD.search_radius * np.linalg.norm(step)
     while len(dots) < count:
         distance, dot = tree.query(tree.data[dots[-1]] + step, distance_upper_bound=radius)
         if not np.isfinite(distance):
@@ -170,7 +161,7 @@ def _propagate_grid(tree: scipy.spatial.cKDTree, middle: int, shape: tuple[int, 
                 if (r, c) in positions or not (0 <= r < shape[0] and 0 <= c < shape[1]):
                     continue
                 predicted = _predicted(positions, r, c, row, column, pitch)
-                distance, dot = tree.query(predicted, distance_upper_bound=SEARCH_RADIUS * pitch.min())
+                distance, dot = tree.query(predicted, distance_upper_bound=TOUCHPAD.search_radius * pitch.min())
                 if np.isfinite(distance) and id[dot] < 0:
                     positions[r, c], id[dot] = tree.data[dot], r * shape[1] + c
                     following.append((r, c))
@@ -187,10 +178,6 @@ def _predicted(positions: dict, r: int, c: int, row: int, column: int, pitch: np
         if {(r + a, c + b), (r + a, c), (r, c + b)} <= positions.keys():
             return positions[r + a, c] + positions[r, c + b] - positions[r + a, c + b]
     return positions[row, column] + pitch * np.array([c - column, r - row])
-
-
-MAX_INTERVAL_S = 4.0  # s before the present frame, in which t_p is searched
-STICKING_DOTS = 9  # around the reference dot, that are assumed to stick (section 3.2: "at least a set of nine dots")
 
 
 @dataclass(frozen=True)
@@ -278,7 +265,7 @@ class PaperRegion:
         now, rest = (to_grid(ids, positions, self.rows, self.columns).reshape(-1, 3) for positions in (xyz, rest_xyz))
         found = self._judge(ids, now, np.linalg.norm(now - rest, axis=1), stamp_s)
         self._past.append((stamp_s, now))
-        while self._past[0][0] < stamp_s - MAX_INTERVAL_S:
+        while self._past[0][0] < stamp_s - TOUCHPAD.max_interval_s:
             self._past.popleft()
         return found
 
@@ -316,7 +303,7 @@ class PaperRegion:
         seen = np.flatnonzero(is_common)
         row, column = np.divmod(seen, self.columns)
         distance = (row - reference // self.columns)**2 + (column - reference % self.columns)**2
-        nearest = seen[np.argsort(distance, kind='stable')[:STICKING_DOTS]]
+        nearest = seen[np.argsort(distance, kind='stable')[:TOUCHPAD.sticking_dots]]
         return fit_rigid(before[nearest], now[nearest])
 
     def _decide(self, reference: int, motion: RigidMotion, before, now, is_common) -> None:

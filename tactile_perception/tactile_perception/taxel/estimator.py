@@ -14,7 +14,8 @@ import numpy as np
 from tactile_driver.plugins import PluginTable
 
 from .._core.taxel import Baseline, DeadTaxels, Hysteresis, Mechanics, ObjectMotion, Region, Regions
-from ..common.contact_tracker import MAX_STEP, ContactTracker, TrackedContact
+from ..common.constants import COMMON
+from ..common.contact_tracker import ContactTracker, TrackedContact
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate, planar_covariance
 from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
@@ -249,7 +250,7 @@ class TaxelEstimator:
         touched = regions.touched
         self.baseline.follow(change, touched, interval)
         tracked = self._tracker.assign(regions.labels, [(region.label, region.moments) for region in regions.all],
-                                       MAX_STEP * self.array.pitch, stamp_s)
+                                       COMMON.max_step * self.array.pitch, stamp_s)
         normal = [np.nan if regions.broken else self._normal_force(region) for region in regions.all]
         contacts = [self._contact(*one, regions.broken, noise) for k, one in enumerate(zip(regions.all, tracked, normal))
                     if k == 0 or one[1].is_persistent or one[0].peak >= TAXEL.min_peak_sigmas * noise]

@@ -8,7 +8,8 @@ import math
 import numpy as np
 
 from .._core.taxel import MotionLimits, ObjectMotion
-from ..common.estimates import FAR, NONE, SlipEstimate, next_state, planar_covariance, state_probability
+from ..common.constants import COMMON
+from ..common.estimates import NONE, SlipEstimate, next_state, planar_covariance, state_probability
 from .constants import TAXEL
 from .pressure import TaxelArray
 
@@ -50,7 +51,7 @@ class TaxelSlip:
         if turn:  # otherwise a translation, or the rotation is unobservable
             centre = -along_y / turn, along_x / turn
             x, y = self._positions(touched)
-            if math.dist(centre, (x.mean(), y.mean())) < FAR * math.sqrt(len(x) / math.pi) * self._array.pitch:
+            if math.dist(centre, (x.mean(), y.mean())) < COMMON.max_centre_distance * math.sqrt(len(x) / math.pi) * self._array.pitch:
                 estimate.rotation_center = np.array([*centre, 0.0])
         return estimate
 

@@ -107,7 +107,7 @@ class ObjectPose:
             self._history = []
         pose = self._moved(motion, stamp_s - interval) if self._history else (np.eye(3), np.zeros(3))
         if pose is not None:
-            # s; motions reach back over 4 s at most (published/touchpad_contact_region.py:MAX_INTERVAL_S)
+            # s; motions reach back over 4 s at most (published/constants.py:TouchpadConstants)
             self._history = [one for one in self._history if one[0] > stamp_s - 4.5] + [(stamp_s, pose)]
         return pose
 

@@ -12,7 +12,8 @@ import cv2
 import numpy as np
 
 from .. import _core
-from ..common.contact_tracker import MAX_STEP, ContactTracker
+from ..common.constants import COMMON
+from ..common.contact_tracker import ContactTracker
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, scatter, to_grid
@@ -218,7 +219,7 @@ class ContactFinder:
         for k, region in enumerate(regions):
             labels[np.asarray(dots.ids)[region.members]] = k + 1
         tracked = self._tracker.assign(labels, [(k + 1, region.moments) for k, region in enumerate(regions)],
-                                       MAX_STEP * regions[0].pitch if regions else 0.0, stamp_s)
+                                       COMMON.max_step * regions[0].pitch if regions else 0.0, stamp_s)
         contacts = []
         for region, one in zip(regions, tracked):
             found = find_contact(dots, region, self._cap)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from played import PERIOD, Player, each_sample, touches
 
-from tactile_perception.finger.map import MIX, NOMINAL_BETA, centroid, log_map
+from tactile_perception.finger.constants import FINGER
+from tactile_perception.finger.map import MIX, centroid, log_map
 from tactile_perception.finger.model import FingerModel
 from tactile_perception.finger.parameters import FingerSettings, PsdFinger
 
@@ -51,7 +52,7 @@ def detected(made, volts, size=5):
     """Return contact (N,) and positions (N, 2), in half widths, NaN without contact, of voltages in batches."""
     found = touches(made.play(volts, size), len(volts))
     normals = np.array([np.full(3, np.nan) if touch is None else touch.normal for touch in found])
-    return np.array([touch is not None for touch in found]), log_map(normals) / NOMINAL_BETA
+    return np.array([touch is not None for touch in found]), log_map(normals) / FINGER.nominal_beta
 
 
 def pressed(outputs, size=5, made=None, room=ROOM):

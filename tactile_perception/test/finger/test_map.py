@@ -12,9 +12,9 @@ from tactile_perception.common.geometry import error_angle
 from tactile_perception.core.calibration_file import write_calibration
 from tactile_perception.core.errors import BadCalibration
 from tactile_perception.finger.calibration import Recording, find_presses, fit_creep, fit_finger, fit_load, fit_touch_level
+from tactile_perception.finger.constants import FINGER
 from tactile_perception.finger.map import (
     MIX,
-    NOMINAL_BETA,
     TOTAL,
     EquidistantMap,
     LightShift,
@@ -198,7 +198,7 @@ def test_the_pole_and_one_more_contact_give_offset_and_factor():
 
 def test_assumptions_are_noted():
     found, notes = fit_equidistant_map(positions([0.0], [0.0]), direction(np.zeros(1), np.zeros(1)))
-    assert found.beta == NOMINAL_BETA and 'nominal' in notes[0]
+    assert found.beta == FINGER.nominal_beta and 'nominal' in notes[0]
     found, notes = fit_equidistant_map(positions([1.0], [0.5]), direction(np.ones(1), np.full(1, 0.5)))
     assert found.offset.tolist() == [0, 0] and 'assumed' in notes[0]
     phi, theta = np.array([0.1, 2.2, 4.1]), np.array([0.5, 0.6, 0.4])

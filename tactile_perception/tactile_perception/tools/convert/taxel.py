@@ -22,15 +22,6 @@ from tactile_driver.sources.source import FIRST_S
 from ...core.errors import BadRecording
 from .camera import KNOWN, read_arrays
 
-_GRAVITY = 9.81  # m/s^2
-# The .npz of imprints: the name of an array is a letter for the weight (g) and a number; the pitch is 3.4 mm.
-_GRAMS = {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
-_PITCH_M = 3.4e-3  # m
-_FINE = 16  # subdivisions of a taxel for the outlines of the ground truth
-_PAUSE_S = 1.0  # time between imprints
-_LOADED = 0.8  # fraction of the 90th percentile of an imprint's sums above which the whole weight is on the array
-_SETTLED = 0.5  # fraction of the loaded time after which the load is taken as settled
-
 
 class _Row(NamedTuple):
     """One frame: values (rows, columns), stamp (s), and ground truth, None when unknown."""
@@ -72,7 +63,7 @@ class TaxelRecording:
         """Name -> value of the parameters that the recording contains."""
         rows, columns = (int(n) for n in self._rows[0].values.shape)
         largest = max(int(row.values.max()) for row in self._rows)
-        found = {'sensor_type': 'taxel_array', 'rows': rows, 'columns': columns, 'pitch': _PITCH_M,
+        found = {'sensor_type': 'taxel_array', 'rows': rows, 'columns': columns, 'pitch': 3.4e-3,
                  'bits': 8 if self._rows[0].values.dtype == np.uint8 else max(12, largest.bit_length())}
         if self.path.suffix == '.npz':
             return found
@@ -113,25 +104,30 @@ def _truth(of: dict, pitch: float) -> TruthFrame:
 def _loops(fraction: np.ndarray, pitch: float) -> tuple[list, list]:
     """Outlines and holes, (M, 3) m each, of the contact region; fraction: (rows, columns) float32, touched share of each taxel."""
     padded = cv2.copyMakeBorder(fraction, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
-    fine = cv2.resize(padded, None, fx=_FINE, fy=_FINE, interpolation=cv2.INTER_LINEAR)
+    steps = 16  # subdivisions of a taxel
+    fine = cv2.resize(padded, None, fx=steps, fy=steps, interpolation=cv2.INTER_LINEAR)
     loops, families = cv2.findContours((fine >= 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
-    vertices = [pitch * ((loop.reshape(-1, 2) + 0.5) / _FINE - 0.5 * np.array(padded.shape[::-1])) for loop in loops]
+    vertices = [pitch * ((loop.reshape(-1, 2) + 0.5) / steps - 0.5 * np.array(padded.shape[::-1])) for loop in loops]
     whole = [(np.column_stack([xy, np.zeros(len(xy))]), family[3] >= 0) for xy, family in zip(vertices, families[0])] if vertices else []
     return [loop for loop, hole in whole if not hole], [loop for loop, hole in whole if hole]
 
 
 def _imprints(arrays: dict[str, np.ndarray]) -> list[_Row]:
-    """Frames of all imprints in sequence, with ground truth once the weight has settled."""
-    rows, clock = [], 0.0
-    for name in sorted(key for key in arrays if key[0] in _GRAMS and key[1:].isdigit()):
+    """Frames of all imprints in sequence, with ground truth once the weight has settled.
+
+    The name of an array is a letter for the weight and a number. The whole weight is on the array where the sum is above 80 % of its 90th
+    percentile, and has settled after half of that time.
+    """
+    rows, clock, grams = [], 0.0, {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
+    for name in sorted(key for key in arrays if key[0] in grams and key[1:].isdigit()):
         values, times = arrays[name], 1e-3 * (arrays[f'{name}_t_ms'] - arrays[f'{name}_t_ms'][0])
         total = values.sum(axis=(1, 2), dtype=float)
-        standing = np.flatnonzero(total > _LOADED * np.percentile(total, 90))
-        settled = set(standing[int(_SETTLED * len(standing)):].tolist())
-        force = 1e-3 * _GRAMS[name[0]] * _GRAVITY
+        standing = np.flatnonzero(total > 0.8 * np.percentile(total, 90))
+        settled = set(standing[int(0.5 * len(standing)):].tolist())
+        force = 1e-3 * grams[name[0]] * 9.81
         known = TruthFrame(area=1.1025e-4, contacts=[Touch(np.full(3, np.nan), np.array([0.0, 0.0, 1.0]), np.nan, force)],
                            wrench=np.array([np.nan, np.nan, -force, np.nan, np.nan, np.nan]))
         rows += [_Row(np.ascontiguousarray(v), clock + float(t), known if k in settled else None)
                  for k, (v, t) in enumerate(zip(values, times))]
-        clock = rows[-1].stamp + _PAUSE_S
+        clock = rows[-1].stamp + 1.0  # s, pause between imprints
     return rows
