@@ -6,14 +6,13 @@
 #include <limits>
 #include <optional>
 
+#include "common/constants.hpp"
+
 namespace tactile {
 namespace {
 
 using Eigen::Matrix2d, Eigen::Vector2d, Eigen::Vector3d;
 
-constexpr int MAX_STEPS = 20;            // of Newton's method; lenses take 3 to 5
-constexpr double CONVERGED = 1e-12;      // last step, normalised: far below a thousandth of a pixel
-constexpr double MAX_COORDINATE_M = 10;  // a point farther out is far outside any sensor
 constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
 
 // A point of the normalised image without distortion, by Brown's model: where it is imaged, and the Jacobian, which is symmetric.
@@ -46,14 +45,14 @@ std::optional<Sight> sight(const Camera& camera, const double* pixel) {
     const Vector2d image((pixel[0] - camera.matrix(0, 2)) / camera.matrix(0, 0), (pixel[1] - camera.matrix(1, 2)) / camera.matrix(1, 1));
     if (!(image.squaredNorm() < camera.farthest)) return {};
     Vector2d point = image;
-    for (int step = 0; step < MAX_STEPS; ++step) {
+    for (int step = 0; step < COMMON.max_steps; ++step) {
         const Distorted at(camera.distortion, point);
         const double ratio = at.determinant();
         const Vector2d error = image - at.image;
         const Vector2d change((error.x() * at.down - error.y() * at.across) / ratio,
                               (error.y() * at.along - error.x() * at.across) / ratio);
         point += change;
-        if (!(change.lpNorm<1>() < CONVERGED * (1 + std::abs(point.x()) + std::abs(point.y())))) continue;
+        if (!(change.lpNorm<1>() < COMMON.converged * (1 + std::abs(point.x()) + std::abs(point.y())))) continue;
         return Sight{point.x() * camera.rotation.row(0) + point.y() * camera.rotation.row(1) + camera.rotation.row(2), ratio};
     }
     return {};
@@ -80,7 +79,7 @@ Vector3d back_project(const Camera& camera, const ViewedPlane& plane, const doub
     const Vector3d& ray = seen->ray;
     const double away = plane.z - plane.centre.z();
     const Vector2d point = plane.centre.head<2>() + ray.head<2>() * (away / ray.z());
-    if (!(point.array().abs() < MAX_COORDINATE_M).all()) return Vector3d::Constant(UNKNOWN);
+    if (!(point.array().abs() < COMMON.max_coordinate_m).all()) return Vector3d::Constant(UNKNOWN);
     // Jacobian determinants: of the homography from the normalised image to the plane, and of the lens.
     const double area = away * away / std::abs(ray.z() * ray.z() * ray.z()) / std::abs(seen->ratio);
     return {point.x(), point.y(), area / (camera.matrix(0, 0) * camera.matrix(1, 1))};

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/constants.hpp"
+
 namespace tactile {
 namespace {
 
-constexpr double SLOPE_STEP = 0.01;   // nodes, of the finite differences
 constexpr std::size_t CHANNELS = 16;  // at most
 
 // Weights of the nodes -1, 0, 1, 2 at t in [0, 1].
@@ -159,8 +160,8 @@ SurfacePoint surface_at(const Nodes& wide, double x, double y) {
         }
     }
     const Eigen::Vector3d here = surface_point(wide, row, column);
-    const Eigen::Vector3d down = 1 / SLOPE_STEP * (surface_point(wide, row + SLOPE_STEP, column) - here);
-    const Eigen::Vector3d right = 1 / SLOPE_STEP * (surface_point(wide, row, column + SLOPE_STEP) - here);
+    const Eigen::Vector3d down = 1 / COMMON.slope_step * (surface_point(wide, row + COMMON.slope_step, column) - here);
+    const Eigen::Vector3d right = 1 / COMMON.slope_step * (surface_point(wide, row, column + COMMON.slope_step) - here);
     const double inverse = 1 / (down.x() * right.y() - down.y() * right.x());
     for (int step = 0; step < 2; ++step) {  // the Jacobian is kept for both steps
         const Eigen::Vector3d at = surface_point(wide, row, column);

@@ -5,13 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/constants.hpp"
+
 namespace tactile {
 namespace {
-
-// Standard deviation of an outline, and the correlation length of its errors, in pitches of the dots. Chosen.
-constexpr double OUTLINE_SIGMA = 0.3, OUTLINE_LENGTH = 1.0;
-// Standard deviations by which the two variances of a region with a direction differ (about 10 degrees uncertainty). Chosen.
-constexpr double DIRECTION = 3.0;
 
 // Rows or columns that some vertices need: those around them and one node more on each side, where there is one, for the cubic.
 struct Span {
@@ -80,7 +77,7 @@ RegionOutlines outline_regions(const Array<double>& score, const Array<double>& 
 }
 
 double border_sigma(double squares, double pitch) {
-    return OUTLINE_SIGMA * pitch * std::sqrt(OUTLINE_LENGTH * pitch * squares);
+    return COMMON.outline_sigma * pitch * std::sqrt(COMMON.outline_length * pitch * squares);
 }
 
 Eigen::Vector3d region_axes(const Array<double>& sums, const Array<double>& points, const Array<std::int64_t>& start, double pitch) {
@@ -95,7 +92,7 @@ Eigen::Vector3d region_axes(const Array<double>& sums, const Array<double>& poin
         const double off = along * along - across * across;
         squares += side * off * off;
     });
-    const bool reported = !(2 * half < DIRECTION * border_sigma(squares, pitch) / area);
+    const bool reported = !(2 * half < COMMON.direction_sigmas * border_sigma(squares, pitch) / area);
     return {major, minor, !reported ? NAN : angle > -0.5 * M_PI ? angle : 0.5 * M_PI};
 }
 

@@ -6,19 +6,15 @@
 #include <cmath>
 #include <limits>
 
+#include "finger/constants.hpp"
+
 namespace tactile::finger {
 namespace {
 
 constexpr double FOREVER_S = std::numeric_limits<double>::infinity();
-constexpr double BLOCK_S = 0.01;      // longest time that is judged at once: one period of lamps on 50 Hz mains
-constexpr double STUCK_SAMPLES = 50;  // equal samples in a row of a stuck output; noise of one count makes 50 very unlikely
-constexpr double GAP_S = 0.003;       // without samples, beyond which neighbours are not compared: an object moves little in it
-constexpr double LOST_S = 0.1;        // without samples, after which a contact is a new one: shorter than two presses of a finger
-constexpr double MAX_PERIOD_S = 1;    // between single samples of unknown rate, as in finger/stage.py
-constexpr double MAX_VOLTS = 1e12;    // beyond any signal, and squares stay far from overflow
 
 bool is_known(const Eigen::Vector4d& volts) {
-    return (volts.array().abs() <= MAX_VOLTS).all();  // not of NaN
+    return (volts.array().abs() <= FINGER.max_volts).all();  // not of NaN
 }
 
 }  // namespace
@@ -45,18 +41,18 @@ void PsdFinger::set_reference() {
 
 void PsdFinger::interrupt(double seconds) {
     gap_s_ += seconds;
-    if (gap_s_ > GAP_S) {
+    if (gap_s_ > FINGER.gap_s) {
         light_.interrupt();
         last_.setConstant(UNKNOWN);
         same_.setZero();
     }
-    if (gap_s_ > LOST_S) light_.release();
+    if (gap_s_ > FINGER.lost_s) light_.release();
 }
 
 Samples PsdFinger::detect(const Volts& volts, double period) {
     Samples found;
     found.sums.setConstant(4, volts.cols(), UNKNOWN);
-    const auto at_once = std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::min(BLOCK_S / period, 1e9)), 1);
+    const auto at_once = std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::min(FINGER.mains_s / period, 1e9)), 1);
     for (std::ptrdiff_t begin = 0; begin < volts.cols(); begin += at_once) {
         const std::ptrdiff_t count = std::min(at_once, volts.cols() - begin);
         for (std::ptrdiff_t k = begin; k < begin + count; ++k) add(volts.col(k), period, found);
@@ -115,7 +111,7 @@ Estimates PsdFinger::estimate(const Volts& volts, double stamp_s, double period)
     last_s_ = stamp_s;
     if (period > 0) {
         if (stamp_s > next_s_ + period) interrupt(stamp_s - next_s_);
-    } else if (0 < since && since < MAX_PERIOD_S) {
+    } else if (0 < since && since < FINGER.max_period_s) {
         period = since;
     } else {
         interrupt(FOREVER_S);
@@ -146,11 +142,13 @@ Estimate PsdFinger::estimate_run(const Samples& samples, std::pair<std::ptrdiff_
 }
 
 std::array<bool, 4> PsdFinger::stuck() const {
-    return {same_[0] >= STUCK_SAMPLES, same_[1] >= STUCK_SAMPLES, same_[2] >= STUCK_SAMPLES, same_[3] >= STUCK_SAMPLES};
+    std::array<bool, 4> found;
+    for (int k = 0; k < 4; ++k) found[k] = same_[k] >= FINGER.stuck_samples;
+    return found;
 }
 
 bool PsdFinger::is_stuck() const {
-    return same_.maxCoeff() >= STUCK_SAMPLES;
+    return same_.maxCoeff() >= FINGER.stuck_samples;
 }
 
 }  // namespace tactile::finger

@@ -7,37 +7,10 @@
 #include <cmath>
 
 #include "common/median.hpp"
+#include "finger/constants.hpp"
 
 namespace tactile::finger {
 namespace {
-
-// Constants of contact and ambient light. The effect of halving and doubling each: docs/psd_finger_method.md.
-struct Rule {
-    double change_sigmas = 5;         // standard deviations from which light has changed: exceeded by noise once in 1e6 samples
-    double quiet_sigmas = 3;          // standard deviations within which light has not changed: exceeded once in 400 samples
-    double rest_periods = 5;          // mains periods of equal light in which an object rests: shorter than any press by hand
-    double steady_s = 0.2;            // s of constant light without contact that is ambient light: no hand hovers that long
-    double growth = 0.1;              // relative growth of an object's light in two mains periods; a lamp's is less
-    double lamp_radius = 0.2;         // half widths between the spots of a lamp and of the offset, which includes dark voltages
-    double object_radius = 0.05;      // half widths by which the spot moves when an object is pressed harder
-    double max_lamp = 3;              // light of a lamp over the room's: brighter light is a second object
-    double shade = 0.05;              // share of the room's light that an object shades, and its standard deviation until it is measured
-    double shade_deviation = 0.01;    // standard deviation of that share between objects
-    double extrapolation_s = 0.5;     // s for which the drift is extrapolated under a contact: half of a room's fastest period
-    double drift_acceleration = 0.2;  // 1/sqrt(s), over the fastest drift, which a room takes seconds to reach
-};
-constexpr Rule RULE;
-
-constexpr double MAINS_S = 0.01;        // a period of lamps on 50 Hz mains, over which light is averaged; a lamp switches within two
-constexpr double NOISE_MEMORY_S = 5;    // over which noise is averaged: some presses
-constexpr double NEW_CONTACT_S = 0.02;  // without contact, after which the next contact is a new one
-constexpr double STEADY_SHARE = 0.02;   // relative change of a lamp's light, and of an object's by creep
-constexpr double LIMIT_SIGMAS = 4;      // standard deviations: minimum of a contact's total, and largest difference of equal light
-constexpr double HISTORY_S = 0.002;     // over which light before an onset is averaged
-constexpr double MIN_HISTORY = 4;       // samples of that average
-constexpr double MIN_SIGMA = 1e-4;      // V, of the total: keeps thresholds positive for noiseless input
-constexpr double MAX_SHADE = 0.3;       // share of the room's light that any object shades
-constexpr std::size_t MIN_SAMPLES = 5;  // of the measurement of the untouched state
 
 double square(double value) {
     return value * value;
@@ -68,7 +41,7 @@ void Offset::start(const Eigen::Vector4d& level, const Eigen::Matrix4d& spread, 
     const Eigen::Vector4d along = level / std::max(std::abs(level[TOTAL]), 1e-9);
     const Eigen::Matrix4d moves = along * along.transpose() + 0.001 * Eigen::Matrix4d::Identity();
     drift_ = square(fastest / 4) * moves;
-    rate_ = square(RULE.drift_acceleration * fastest) * moves;
+    rate_ = square(FINGER.drift_acceleration * fastest) * moves;
     state_.setZero();
     jump(level, spread);
 }
@@ -138,12 +111,12 @@ void Light::measure() {
     Eigen::ArrayXd total(count);
     for (std::ptrdiff_t k = 0; k < count; ++k) total[k] = taken_[k][TOTAL];
     const double noise = deviation(total.tail(count - 1) - total.head(count - 1)) / std::sqrt(2.0) + 1e-12;
-    const double most = deviation(total) > LIMIT_SIGMAS * noise ? median({total.begin(), total.end()}) : total.maxCoeff();
+    const double most = deviation(total) > FINGER.limit_sigmas * noise ? median({total.begin(), total.end()}) : total.maxCoeff();
     std::vector<Eigen::Vector4d> used;
     std::copy_if(taken_.begin(), taken_.end(), std::back_inserter(used), [&](const Eigen::Vector4d& one) { return one[TOTAL] <= most; });
     Eigen::Vector4d mean = Eigen::Vector4d::Zero();
     for (const Eigen::Vector4d& one : used) mean += one / static_cast<double>(used.size());
-    noise_ = MIN_SIGMA * MIN_SIGMA * Eigen::Matrix4d::Identity();
+    noise_ = FINGER.min_sigma * FINGER.min_sigma * Eigen::Matrix4d::Identity();
     for (const Eigen::Vector4d& one : used) noise_ += (one - mean) * (one - mean).transpose() / std::max<double>(used.size() - 1, 1);
     offset_.start(mean, noise_ / static_cast<double>(used.size()), fastest_);
     taken_.clear();
@@ -154,7 +127,7 @@ std::optional<Eigen::Vector4d> Light::add(const Eigen::Vector4d& volts, double p
     if (!ready_) {
         taken_.push_back(mix(volts));
         have_s_ += period;
-        if (have_s_ >= seconds_ * (1 - 1e-9) && taken_.size() >= MIN_SAMPLES) measure();
+        if (have_s_ >= seconds_ * (1 - 1e-9) && taken_.size() >= FINGER.min_samples) measure();
         return std::nullopt;
     }
     const Eigen::Vector4d sums = mix(volts) - offset_.level();
@@ -165,12 +138,12 @@ std::optional<Eigen::Vector4d> Light::add(const Eigen::Vector4d& volts, double p
     const bool is_lamp = watch(sums, period), was_touching = touching_, touched = was_touching && seen_ > 1;
     const Eigen::Vector2d spot = centroid(sums);
     double over = -std::numeric_limits<double>::infinity();
-    if (sums[TOTAL] > RULE.quiet_sigmas * sigma() && !spot.hasNaN())
-        over = sums[TOTAL] - std::max(LIMIT_SIGMAS * sigma(), Cell(model, spot).value(LEVEL));
+    if (sums[TOTAL] > FINGER.quiet_sigmas * sigma() && !spot.hasNaN())
+        over = sums[TOTAL] - std::max(FINGER.limit_sigmas * sigma(), Cell(model, spot).value(LEVEL));
     // Contact begins and ends at the light at first contact, with hysteresis.
-    touching_ = state_ == NEAR && (over > RULE.quiet_sigmas * sigma() || (touched && !(over < -RULE.quiet_sigmas * sigma())));
+    touching_ = state_ == NEAR && (over > FINGER.quiet_sigmas * sigma() || (touched && !(over < -FINGER.quiet_sigmas * sigma())));
     if (touching_) {
-        if (!was_touching && apart_s_ > NEW_CONTACT_S) begin(model);
+        if (!was_touching && apart_s_ > FINGER.new_contact_s) begin(model);
         apart_s_ = 0;
     } else {
         if (was_touching) clear_bin();
@@ -182,14 +155,14 @@ std::optional<Eigen::Vector4d> Light::add(const Eigen::Vector4d& volts, double p
 
 // Updates the state by a sample; returns whether it completes the onset of a lamp, whose light is now part of the offset.
 bool Light::watch(const Eigen::Vector4d& sums, double period) {
-    const double total = sums[TOTAL], noise = sigma(), part = 1 / std::max(std::ceil(HISTORY_S / period), MIN_HISTORY);
-    const bool grown =
-        seen_ < MIN_HISTORY || last_ > RULE.quiet_sigmas * noise || recent_ > RULE.quiet_sigmas * noise * std::sqrt(part / (2 - part));
+    const double total = sums[TOTAL], noise = sigma(), part = 1 / std::max(std::ceil(FINGER.history_s / period), FINGER.min_history);
+    const bool grown = seen_ < FINGER.min_history || last_ > FINGER.quiet_sigmas * noise ||
+                       recent_ > FINGER.quiet_sigmas * noise * std::sqrt(part / (2 - part));
     recent_ = seen_ > 0 ? recent_ + part * (total - recent_) : total;
     last_ = total;
     ++seen_;
     if (state_ != WATCHED) {
-        const bool near = total > RULE.change_sigmas * noise || (state_ == NEAR && !(total < RULE.quiet_sigmas * noise));
+        const bool near = total > FINGER.change_sigmas * noise || (state_ == NEAR && !(total < FINGER.quiet_sigmas * noise));
         if (!near || state_ == NEAR || grown) {
             state_ = near ? NEAR : NOTHING;
             return false;
@@ -200,15 +173,15 @@ bool Light::watch(const Eigen::Vector4d& sums, double period) {
         early_.setZero();
         late_.setZero();
     }
-    const double half = std::max(std::ceil(MAINS_S / period), 3.0);
+    const double half = std::max(std::ceil(FINGER.mains_s / period), 3.0);
     (++watched_ > half ? late_ : early_) += sums / half;
-    if (total < RULE.quiet_sigmas * noise) {
+    if (total < FINGER.quiet_sigmas * noise) {
         state_ = NOTHING;  // a single spike
-    } else if (total > (1 + RULE.growth) * first_ + RULE.change_sigmas * noise) {
+    } else if (total > (1 + FINGER.growth) * first_ + FINGER.change_sigmas * noise) {
         state_ = NEAR;
     } else if (watched_ >= 2 * half) {
         const double change = std::abs(late_[TOTAL] - early_[TOTAL]);
-        const bool steady = change < RULE.quiet_sigmas * noise * std::sqrt(2 / half) + STEADY_SHARE * late_[TOTAL];
+        const bool steady = change < FINGER.quiet_sigmas * noise * std::sqrt(2 / half) + FINGER.steady_share * late_[TOTAL];
         state_ = steady ? NOTHING : NEAR;
         if (steady) {
             offset_.jump(late_, noise_ / half);
@@ -225,25 +198,25 @@ void Light::follow(const Eigen::Vector4d& sums, double period) {
     sum_ += sums;
     square_ += sums * sums.transpose();
     ++count_;
-    if (count_ * period >= 2 * MAINS_S * (1 - 1e-9)) update(count_ * period);
+    if (count_ * period >= 2 * FINGER.mains_s * (1 - 1e-9)) update(count_ * period);
 }
 
 void Light::update(double seconds) {
     const Eigen::Vector4d mean = sum_ / count_;
     const Eigen::Matrix4d noise = noise_ / count_;
-    const double total = mean[TOTAL], scatter = sigma() / std::sqrt(count_), drift = fastest_ * (RULE.steady_s / 2 + unseen_s_);
+    const double total = mean[TOTAL], scatter = sigma() / std::sqrt(count_), drift = fastest_ * (FINGER.steady_s / 2 + unseen_s_);
     const bool was_touched = leaves_;
     leaves_ = false;
-    if (total < -RULE.quiet_sigmas * scatter - fastest_ * seconds) {  // no object sends less than nothing
+    if (total < -FINGER.quiet_sigmas * scatter - fastest_ * seconds) {  // no object sends less than nothing
         offset_.jump(mean, noise);
     } else if (total >
-               RULE.quiet_sigmas * std::hypot(scatter, uncertainty()) + drift) {  // an object that is near, or ambient light if it stays
-        if (std::abs(total - flat_at_) > RULE.quiet_sigmas * scatter + 2 * fastest_ * flat_s_) {
+               FINGER.quiet_sigmas * std::hypot(scatter, uncertainty()) + drift) {  // an object that is near, or ambient light if it stays
+        if (std::abs(total - flat_at_) > FINGER.quiet_sigmas * scatter + 2 * fastest_ * flat_s_) {
             flat_s_ = 0;
             flat_at_ = total;
         }
         flat_s_ += seconds;
-        if (flat_s_ >= RULE.steady_s) {
+        if (flat_s_ >= FINGER.steady_s) {
             offset_.jump(mean, noise);
             flat_s_ = 0;
         }
@@ -252,8 +225,8 @@ void Light::update(double seconds) {
     } else {
         flat_s_ = unseen_s_ = 0;
         offset_.correct(mean, noise, seconds);
-        const double part = -std::expm1(-seconds / NOISE_MEMORY_S);
-        noise_ += part * (square_ / count_ + MIN_SIGMA * MIN_SIGMA * Eigen::Matrix4d::Identity() - noise_);
+        const double part = -std::expm1(-seconds / FINGER.noise_memory_s);
+        noise_ += part * (square_ / count_ + FINGER.min_sigma * FINGER.min_sigma * Eigen::Matrix4d::Identity() - noise_);
     }
     clear_bin();
 }
@@ -282,10 +255,10 @@ void Light::hold(Eigen::Ref<Eigen::Matrix4Xd> sums, const std::uint8_t* contact,
     }
     if (inside == 0) return;
     leaves_ = true;
-    if (unseen_s_ < RULE.extrapolation_s) {
+    if (unseen_s_ < FINGER.extrapolation_s) {
         unseen_s_ += inside * period;
         ahead_s_ += inside * period;
-        if (ahead_s_ >= 2 * MAINS_S) {
+        if (ahead_s_ >= 2 * FINGER.mains_s) {
             offset_.predict(ahead_s_);
             ahead_s_ = 0;
         }
@@ -296,15 +269,15 @@ void Light::hold(Eigen::Ref<Eigen::Matrix4Xd> sums, const std::uint8_t* contact,
     if (touching_) {
         sum_ += sum;
         count_ += count;
-        if (count_ * period >= MAINS_S * (1 - 1e-9)) end_bin(period, model);
+        if (count_ * period >= FINGER.mains_s * (1 - 1e-9)) end_bin(period, model);
         added = level - offset_.level();
     }
     now_.setZero();
     if (rest_) {
         const Eigen::Vector4d change = mean + added - *rest_;
         const double noise = sigma() / std::sqrt(count);
-        if (std::abs(change[TOTAL]) > RULE.quiet_sigmas * noise && of_room(change, noise)) {
-            if (of_contact(change, noise) || std::abs(change[TOTAL]) < RULE.change_sigmas * noise)
+        if (std::abs(change[TOTAL]) > FINGER.quiet_sigmas * noise && of_room(change, noise)) {
+            if (of_contact(change, noise) || std::abs(change[TOTAL]) < FINGER.change_sigmas * noise)
                 now_ = change;
             else
                 added -= change;
@@ -319,14 +292,14 @@ void Light::hold(Eigen::Ref<Eigen::Matrix4Xd> sums, const std::uint8_t* contact,
 // Whether a change of the light may be the room's: it has the room's centroid, and is not too bright.
 bool Light::of_room(const Eigen::Vector4d& change, double sigma) const {
     const double size = std::abs(change[TOTAL]), least = (std::copysign(1.0, change[TOTAL]) * unmix(change)).minCoeff();
-    return room_[TOTAL] >= RULE.change_sigmas * sigma && least >= -sigma && size <= RULE.max_lamp * room_[TOTAL] &&
-           distance(change, room_) < RULE.lamp_radius + RULE.change_sigmas * sigma / size;
+    return room_[TOTAL] >= FINGER.change_sigmas * sigma && least >= -sigma && size <= FINGER.max_lamp * room_[TOTAL] &&
+           distance(change, room_) < FINGER.lamp_radius + FINGER.change_sigmas * sigma / size;
 }
 
 // Whether it may be the object's.
 bool Light::of_contact(const Eigen::Vector4d& change, double sigma) const {
     const double to_object = distance(change, *rest_);
-    return to_object < RULE.object_radius + RULE.change_sigmas * sigma / std::abs(change[TOTAL]) || to_object < distance(change, room_);
+    return to_object < FINGER.object_radius + FINGER.change_sigmas * sigma / std::abs(change[TOTAL]) || to_object < distance(change, room_);
 }
 
 // Processes the mean of the present bin and starts the next one.
@@ -335,34 +308,34 @@ void Light::end_bin(double period, const FingerModel& model) {
     const Eigen::Vector4d light = sum_ / count_;
     since_s_ += seconds;
     restless_s_ += seconds;
-    if (3 * MAINS_S < since_s_ && since_s_ <= 3 * MAINS_S + RULE.steady_s) measure_shade(light, seconds, model);
+    if (3 * FINGER.mains_s < since_s_ && since_s_ <= 3 * FINGER.mains_s + FINGER.steady_s) measure_shade(light, seconds, model);
     clear_bin();
     bins_.push_back(light);
-    if (bins_.size() > RULE.rest_periods) bins_.erase(bins_.begin());
-    if (bins_.size() == RULE.rest_periods) {
+    if (bins_.size() > FINGER.rest_periods) bins_.erase(bins_.begin());
+    if (bins_.size() == FINGER.rest_periods) {
         Eigen::Vector4d mean = Eigen::Vector4d::Zero(), least = light, most = light;
         for (const Eigen::Vector4d& bin : bins_) {
-            mean += bin / RULE.rest_periods;
+            mean += bin / FINGER.rest_periods;
             least = least.cwiseMin(bin);
             most = most.cwiseMax(bin);
         }
-        if ((most - least).maxCoeff() <= LIMIT_SIGMAS * noise) judge_rest(mean, noise / std::sqrt(RULE.rest_periods));
+        if ((most - least).maxCoeff() <= FINGER.limit_sigmas * noise) judge_rest(mean, noise / std::sqrt(FINGER.rest_periods));
     }
-    if (restless_s_ > RULE.steady_s) rest_.reset();
+    if (restless_s_ > FINGER.steady_s) rest_.reset();
 }
 
 // The object rests with that light: its difference from the last rest is the room's, the object's, or may be either.
 void Light::judge_rest(const Eigen::Vector4d& light, double sigma) {
     restless_s_ = 0;
     const Eigen::Vector4d change = rest_ ? (light - *rest_).eval() : Eigen::Vector4d::Zero().eval();
-    const bool changed = std::abs(change[TOTAL]) > RULE.change_sigmas * sigma;
+    const bool changed = std::abs(change[TOTAL]) > FINGER.change_sigmas * sigma;
     const bool lamp = changed && of_room(change, sigma) && !of_contact(change, sigma);
     // Light that remains when the object leaves.
-    const double most = LIMIT_SIGMAS * sigma + STEADY_SHARE * (rest_ ? (*rest_)[TOTAL] : 0);
-    const bool came = doubtful_[TOTAL] > RULE.change_sigmas * sigma && ((light - doubtful_).array().abs() < most).all();
+    const double most = FINGER.limit_sigmas * sigma + FINGER.steady_share * (rest_ ? (*rest_)[TOTAL] : 0);
+    const bool came = doubtful_[TOTAL] > FINGER.change_sigmas * sigma && ((light - doubtful_).array().abs() < most).all();
     const bool left = change[TOTAL] < 0 && changed && (came || (of_room(light, sigma) && !of_contact(light, sigma)));
     if (lamp || left) {
-        offset_.jump(lamp ? change : light, noise_ / (RULE.rest_periods * 10));
+        offset_.jump(lamp ? change : light, noise_ / (FINGER.rest_periods * 10));
         bins_.clear();
         if (left) interrupt();
         return;
@@ -374,28 +347,28 @@ void Light::judge_rest(const Eigen::Vector4d& light, double sigma) {
 // Information on the shaded part of the room's light before it is measured.
 double Light::shade_known() const {
     const double all = std::max(std::abs(room_[TOTAL]), 1e-9);
-    return 1 / square(std::max(RULE.shade * std::min(std::abs(beyond_[TOTAL]) / all, 1.0), RULE.shade_deviation));
+    return 1 / square(std::max(FINGER.shade * std::min(std::abs(beyond_[TOTAL]) / all, 1.0), FINGER.shade_deviation));
 }
 
 // Light of the room that the object shades.
 Eigen::Vector4d Light::shaded(double shade) const {
-    return RULE.shade * beyond_ + shade * room_;
+    return FINGER.shade * beyond_ + shade * room_;
 }
 
 // Updates the shaded share by the cross term of a bin's light; the error of the model is the same in all bins of a contact.
 void Light::measure_shade(const Eigen::Vector4d& light, double seconds, const FingerModel& model) {
     const double missing = missing_cross(light, shaded(shade_), model);
-    const double slope = (missing_cross(light, shaded(shade_ + RULE.shade_deviation), model) - missing) / RULE.shade_deviation;
+    const double slope = (missing_cross(light, shaded(shade_ + FINGER.shade_deviation), model) - missing) / FINGER.shade_deviation;
     const double each = noise_(CROSS, CROSS) / count_, same = square(model.cross_volts) + offset_.spread()(CROSS, CROSS);
-    const double known = shade_known(), before = known + gained_, variance = each + same * RULE.steady_s / seconds;
-    if (!(square(missing) <= square(LIMIT_SIGMAS) * (each + same + slope * slope / before)))
+    const double known = shade_known(), before = known + gained_, variance = each + same * FINGER.steady_s / seconds;
+    if (!(square(missing) <= square(FINGER.limit_sigmas) * (each + same + slope * slope / before)))
         return;  // two contacts: the cross term is not that of one
-    const double after = std::min(before + slope * slope / variance, std::max(before, 1 / square(RULE.shade_deviation)));
+    const double after = std::min(before + slope * slope / variance, std::max(before, 1 / square(FINGER.shade_deviation)));
     const double shade = shade_ - slope * missing / variance / after;
     if (std::isnan(shade)) return;
-    const double expected = RULE.shade * beyond_[TOTAL], least = -expected / std::max(room_[TOTAL], expected);
+    const double expected = FINGER.shade * beyond_[TOTAL], least = -expected / std::max(room_[TOTAL], expected);
     gained_ = after - known;
-    shade_ = std::min(std::max(shade, std::min(least, 0.0)), MAX_SHADE);  // no object adds light
+    shade_ = std::min(std::max(shade, std::min(least, 0.0)), FINGER.max_shade);  // no object adds light
 }
 
 LightErrors Light::errors() const {

@@ -6,14 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "finger/constants.hpp"
+
 namespace tactile::finger {
 namespace {
-
-constexpr double CROSS_SIGMAS = 6;   // standard deviations of the cross term of one contact; a larger deviation is several contacts
-constexpr double MAX_LOG = 50;       // keeps exp finite
-constexpr double MIN_LIGHT = 1e-6;   // V, of which a logarithm is taken
-constexpr double CREEP_ERROR = 0.3;  // relative standard deviation of the creep: a position may lag by another share than the light
-constexpr double MIN_CREEP = 0.01;   // square of the creep over the covariance: below a tenth of the standard deviation it is not corrected
 
 Eigen::Matrix3d across(const Eigen::Vector3d& normal) {
     return Eigen::Matrix3d::Identity() - normal * normal.transpose();
@@ -45,9 +41,9 @@ Eigen::Matrix2d spot_covariance(const MeanLight& mean, const Eigen::Vector2d& sp
 // calibrated.
 double load(const FingerModel& model, int which, double at_spot, const Eigen::Vector2d& spot, double light) {
     const auto terms = model.load_terms.row(which);
-    const double log = std::log(std::max(light, MIN_LIGHT)), square = spot.squaredNorm();
+    const double log = std::log(std::max(light, FINGER.min_light)), square = spot.squaredNorm();
     const double whole = at_spot + (terms[1] + terms[7] * square + terms[2] * log) * log;
-    return std::isnan(whole) ? UNKNOWN : std::exp(std::min(whole, MAX_LOG));
+    return std::isnan(whole) ? UNKNOWN : std::exp(std::min(whole, FINGER.max_log));
 }
 
 }  // namespace
@@ -81,7 +77,7 @@ Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const Fin
     if (cell.value(INSIDE) < 0.5 || spot.cwiseAbs().maxCoeff() >= 1) found.flags |= OUT_OF_RANGE;
     const double cross_error = mean.sums[CROSS] - cell.value(CROSS_PART) * total;
     const double noise = std::sqrt(errors.noise(CROSS, CROSS) / static_cast<double>(mean.used));
-    if (std::abs(cross_error) > CROSS_SIGMAS * std::hypot(noise, model.cross_volts)) found.flags |= AMBIGUOUS;
+    if (std::abs(cross_error) > FINGER.cross_sigmas * std::hypot(noise, model.cross_volts)) found.flags |= AMBIGUOUS;
     found.force = load(model, 0, cell.value(FORCE), spot, total);
     found.depth = load(model, 1, cell.value(DEPTH), spot, total);
     return found;
@@ -90,11 +86,11 @@ Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const Fin
 void CreepCorrection::correct(Touch& touch, double at_s, double radius) {
     const Eigen::Vector3d found = without_creep(touch.id, touch.normal, at_s);
     double lag = radius * (found - touch.normal).norm();
-    if (!(lag * lag > MIN_CREEP * touch.position_covariance.trace())) return;
+    if (!(lag * lag > FINGER.min_creep * touch.position_covariance.trace())) return;
     if (creep_.measured) {
         touch.normal = found.normalized();
         touch.position = radius * touch.normal;
-        lag *= CREEP_ERROR;
+        lag *= FINGER.creep_error;
     }
     const Eigen::Matrix3d along = across(touch.normal);  // the covariance stays along the surface where the normal has moved
     touch.position_covariance = (along * touch.position_covariance * along + lag * lag * along).eval();

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "force_taxels/constants.hpp"
+
 namespace tactile::force_taxels {
 
 namespace {
@@ -14,10 +16,6 @@ using Eigen::Map;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double CARRIED = 0.1;        // part of a taxel's force that the elastomer carries to the next one: less shows no contact there
-constexpr double TINY = 1e-30;         // against a division by zero
-constexpr double SPREAD = 1.0 / 12.0;  // variance of a position within a taxel, in squared pitches: an even distribution
 
 double cross(const Vector2d& a, const Vector2d& b, const Vector2d& c) {
     return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
@@ -49,7 +47,7 @@ std::vector<std::uint8_t> Skin::touched(const double* press, const double* proba
     for (std::ptrdiff_t k = 0; k < count(); ++k) {
         double carried = press[k];
         for (std::ptrdiff_t j = 0; j < width(); ++j) carried = std::max(carried, press[around(k)[j]]);
-        found[k] = probability[k] > 0.5 && press[k] > CARRIED * carried;
+        found[k] = probability[k] > 0.5 && press[k] > TAXEL.carried * carried;
     }
     return found;
 }
@@ -120,7 +118,7 @@ Touch Skin::summed(const std::vector<std::ptrdiff_t>& members, const double* com
         const Vector3d away = shape_.positions.row(k).transpose() - one.position;
         one.covariance += variance[3 * k + 2] / (total * total) * away * away.transpose();
     }
-    one.covariance += SPREAD * shape_.pitch * shape_.pitch * squares / (total * total) *
+    one.covariance += TAXEL.position_variance * shape_.pitch * shape_.pitch * squares / (total * total) *
                       (Matrix3d::Identity() - one.normal * one.normal.transpose());
     return one;
 }
@@ -157,8 +155,9 @@ std::pair<Wrench, WrenchCovariance> Skin::wrench(const double* components, const
                 double carried = 0;
                 for (std::ptrdiff_t j = 0; j < width(); ++j)
                     if (const std::int64_t next = around(k)[j]; touched[next])
-                        carried = std::max(carried, CARRIED * CARRIED * Map<const Vector3d>(components + 3 * next).squaredNorm());
-                const Eigen::Array3d gain = carried / (carried + uncertain.array().max(TINY));
+                        carried = std::max(carried, TAXEL.carried * TAXEL.carried *
+                                                        Map<const Vector3d>(components + 3 * next).squaredNorm());
+                const Eigen::Array3d gain = carried / (carried + uncertain.array().max(TAXEL.no_force));
                 force.array() *= gain, uncertain.array() *= gain;
             }
             squares += force.squaredNorm();
@@ -187,7 +186,7 @@ std::pair<Wrench, WrenchCovariance> Skin::wrench(const double* components, const
         }
     }
     // The force is somewhere within the taxel's cell.
-    covariance.bottomRightCorner<3, 3>() += Matrix3d::Identity() * (SPREAD * shape_.pitch * shape_.pitch * squares);
+    covariance.bottomRightCorner<3, 3>() += Matrix3d::Identity() * (TAXEL.position_variance * shape_.pitch * shape_.pitch * squares);
     return found;
 }
 

@@ -7,18 +7,11 @@
 #include <cstring>
 #include <utility>
 
+#include "force_taxels/constants.hpp"
+
 namespace tactile::force_taxels {
 
 namespace {
-
-constexpr double LOWEST = 0.05, HIGHEST = 3;  // coefficients of friction of skins on objects: ice to clean rubber
-constexpr double MIN_PROBABILITY = 1e-3;      // of each mode, so that a change shows at once
-constexpr double MAX_EVIDENCE = 20;           // of a frame, against overflow
-constexpr double UNKNOWN = 1e6;               // noise variances of a shear that is not known yet
-constexpr double TINY = 1e-12;                // against a division by zero
-constexpr std::size_t TOGETHER = 16;          // likelihoods of which one logarithm is taken, without underflow
-constexpr double STEP_S = 0.01;               // s, of the changes that SlipLimits gives
-constexpr double LOGISTIC = 1.702;            // a logistic function of this slope is within 0.01 of the normal distribution function
 
 double square(double x) {
     return x * x;
@@ -37,10 +30,10 @@ inline double quick_exp(double x) {
     return result;
 }
 double normal_below(double deviations) {
-    return 1 / (1 + quick_exp(-LOGISTIC * std::clamp(deviations, -MAX_EVIDENCE, MAX_EVIDENCE)));
+    return 1 / (1 + quick_exp(-TAXEL.logistic * std::clamp(deviations, -TAXEL.max_evidence, TAXEL.max_evidence)));
 }
 double probability(double x) {
-    return std::clamp(x, MIN_PROBABILITY, 1 - MIN_PROBABILITY);
+    return std::clamp(x, TAXEL.min_probability, 1 - TAXEL.min_probability);
 }
 
 }  // namespace
@@ -48,7 +41,7 @@ double probability(double x) {
 SlipFilter::SlipFilter(std::vector<double> tilt, const SlipLimits& limits)
     : limits_(limits), tilt_(std::move(tilt)), taxels_(tilt_.size()) {
     for (int k = 0; k < COEFFICIENTS; ++k) {
-        coefficient_[k] = LOWEST * std::pow(HIGHEST / LOWEST, k / (COEFFICIENTS - 1.0));
+        coefficient_[k] = TAXEL.min_friction * std::pow(TAXEL.max_friction / TAXEL.min_friction, k / (COEFFICIENTS - 1.0));
         prior_[k] = -0.5 * square(std::log(coefficient_[k] / limits.median) / std::log(limits.factor));
     }
     set_weights(prior_);
@@ -121,7 +114,7 @@ std::vector<double> SlipFilter::update(const TaxelForces& frame, double interval
 void SlipFilter::read(const TaxelForces& frame, std::ptrdiff_t k, Reading& one) const {
     const double *force = frame.force + 3 * k, *noise = frame.noise + 3 * k, *offset = frame.offset + 3 * k;
     one.shear = {force[0], force[1]};
-    one.press = std::max(force[2], TINY);
+    one.press = std::max(force[2], TAXEL.tiny);
     one.noise = 0.5 * (noise[0] + noise[1]);
     one.press_noise = noise[2];
     one.ratio = std::hypot(force[0], force[1]) / one.press;
@@ -135,14 +128,15 @@ void SlipFilter::read(const TaxelForces& frame, std::ptrdiff_t k, Reading& one) 
 // ratio has grown would have begun to slip at the coefficients that it has passed.
 void SlipFilter::rate_ratio(Reading& one) const {
     const auto& [x, y] = one.taxel->shear[LOAD];
-    const double before = std::min(one.ratio, std::hypot(x, y) / std::max(one.taxel->press, TINY));
-    const double spread = std::max(one.ratio, LOWEST) * std::log(HIGHEST / LOWEST);  // each magnitude of a ratio is as likely
-    double cone = TINY, sticks = TINY, stuck = TINY;
+    const double before = std::min(one.ratio, std::hypot(x, y) / std::max(one.taxel->press, TAXEL.tiny));
+    // Each magnitude of a ratio is as likely.
+    const double spread = std::max(one.ratio, TAXEL.min_friction) * std::log(TAXEL.max_friction / TAXEL.min_friction);
+    double cone = TAXEL.tiny, sticks = TAXEL.tiny, stuck = TAXEL.tiny;
     const bool has_grown = before < one.ratio;
     for (int k = 0; k < COEFFICIENTS; ++k) {
         const double sigma = std::sqrt(square(one.sigma) + square(limits_.uneven * coefficient_[k]));
         const double beyond = (coefficient_[k] - one.ratio) / sigma, below = normal_below(beyond);
-        one.cone[k] = quick_exp(-0.5 * std::min(square(beyond), 2 * MAX_EVIDENCE)) / (sigma * std::sqrt(2 * M_PI));
+        one.cone[k] = quick_exp(-0.5 * std::min(square(beyond), 2 * TAXEL.max_evidence)) / (sigma * std::sqrt(2 * M_PI));
         one.below[k] = below / spread;
         cone += weight_[k] * one.cone[k];
         sticks += weight_[k] * below;
@@ -158,7 +152,7 @@ void SlipFilter::predict(Reading& one, double interval) {
     const double load_variance = square(friction() * one.press / limits_.load_s);
     if (one.is_first) {
         taxel.shear.fill(one.shear);
-        taxel.variance.fill(UNKNOWN * one.noise);
+        taxel.variance.fill(TAXEL.unknown_shear * one.noise);
         taxel.rate = {}, taxel.rate_variance = load_variance, taxel.rate_with_shear = 0;
         taxel.slips = limits_.unchanged, taxel.press = one.press;
     }
@@ -173,7 +167,7 @@ void SlipFilter::predict(Reading& one, double interval) {
     double is_load = 0;  // probability that a load continues
     for (int to = 0; to < MODES; ++to) {
         Modes share;
-        one.arriving[to] = TINY;
+        one.arriving[to] = TAXEL.tiny;
         for (int from = 0; from < MODES; ++from) one.arriving[to] += share[from] = before[from] * steps[from][to];
         for (int from = 0; from < MODES; ++from)
             for (int axis = 0; axis < 2; ++axis) mean[to][axis] += share[from] / one.arriving[to] * taxel.shear[from][axis];
@@ -189,9 +183,10 @@ void SlipFilter::predict(Reading& one, double interval) {
         rate[axis] = is_load * taxel.rate[axis];
         rate_variance += 0.5 * is_load * (1 - is_load) * square(taxel.rate[axis]);
         mean[LOAD][axis] += rate[axis] * interval;
-        mean[SLIP][axis] *= std::clamp(one.press / std::max(taxel.press, TINY), 0.5, 2.0);  // at the cone, shear is in proportion to pressure
+        // At the cone, shear is in proportion to pressure.
+        mean[SLIP][axis] *= std::clamp(one.press / std::max(taxel.press, TAXEL.tiny), 0.5, 2.0);
     }
-    const double size = square(one.shear[0]) + square(one.shear[1]), frames = interval / STEP_S;
+    const double size = square(one.shear[0]) + square(one.shear[1]), frames = interval / TAXEL.step_s;
     variance[REST] += square(limits_.creep) * frames * one.noise;
     variance[LOAD] += interval * (2 * with + interval * rate_variance);
     variance[SLIP] += square(limits_.texture) * frames * size + square(one.ratio) * one.press_noise;
@@ -230,7 +225,7 @@ void SlipFilter::weigh(std::vector<Reading>& readings, double interval) {
         if (one.counts) evidence += std::log(moves / (rest * half));
         one.slips *= slip / moves;
     }
-    const double odds = std::log(prior / (1 - prior)) + std::clamp(evidence, -MAX_EVIDENCE, MAX_EVIDENCE);
+    const double odds = std::log(prior / (1 - prior)) + std::clamp(evidence, -TAXEL.max_evidence, TAXEL.max_evidence);
     moving = probability(1 / (1 + std::exp(-odds)));
     for (const Reading& one : readings)
         if (one.counts) one.taxel->slips += moving * (one.slips - one.taxel->slips);
@@ -240,6 +235,7 @@ void SlipFilter::weigh(std::vector<Reading>& readings, double interval) {
 void SlipFilter::learn(const std::vector<Reading>& readings, double interval) {
     const double share = std::min(interval / limits_.texture_s, 1.0) * moving;
     Coefficients log = log_;
+    constexpr std::size_t TOGETHER = 16;  // likelihoods of which one logarithm is taken, without underflow
     for (std::size_t first = 0; first < readings.size(); first += TOGETHER) {
         Coefficients product;
         product.fill(1);
