@@ -29,6 +29,9 @@ class TouchpadConstants:
     model_sigma: float = constant(5e-4, '1', 'measured', 'error of the path model in a log ratio')
     rim_margin: float = constant(0.04, 'height', 'limit', 'of the cap; nearer to the rim the image blurs into the outside')
     huber_sigmas: float = constant(3.0, 'sigma', 'limit', 'beyond which residuals count linearly')
+    derivative_step: float = constant(1e-6, 'scale', 'numeric', 'of the parameters, for derivatives of the fit to the untouched pad')
+    max_fit_steps: int = constant(60, '1', 'numeric', 'of the fit to the untouched pad')
+    min_decrease: float = constant(1e-9, '1', 'numeric', 'relative decrease of the sum of losses that continues that fit')
     min_sticking: int = constant(10, '1', 'limit', 'dots of a fit: its tilt is as precise as ten motions, 0.3 degrees')
     gain: float = constant(0.15, '1', 'measured',
                            'of a deviation from the fit, a frame: 0.03 degrees of a motion over 0.2 of a fit to ten to twenty dots')

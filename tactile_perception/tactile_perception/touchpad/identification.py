@@ -73,24 +73,59 @@ def predict(q: np.ndarray, positions: np.ndarray, normals: np.ndarray, centre: n
 
 
 def fit(colours: Colours, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
-    """Most likely parameters q (8,) of predict, and their covariance (8, 8). Huber's loss limits the effect of cells with glare."""
+    """Most likely parameters q (8,) of predict, and their covariance (8, 8). Huber's loss limits the effect of cells with glare.
+
+    Constants and absorptions, which are linear, are solved for again at each step of the others: variable projection (Golub and Pereyra
+    1973) by Levenberg and Marquardt's method.
+    """
     (mean, sd), centre = design_prior(camera), tuple(camera.centre)
     root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
+    (a, b, c), (first, second), zero = (root[:, 0, 0], root[:, 1, 0], root[:, 1, 1]), colours.ratios.T, np.zeros(len(root))
+    measured, limit = np.concatenate([a * first, b * first + c * second]), TOUCHPAD.huber_sigmas
 
-    def lengths(light: np.ndarray) -> np.ndarray:
-        return LightPath(*light, centre).lengths(colours.positions, colours.normals)[0]
+    def terms(light: np.ndarray) -> np.ndarray:
+        """Compute the derivatives (2 M, 4) of the scaled log ratios with respect to constants and absorptions."""
+        length = LightPath(*light, centre).lengths(colours.positions, colours.normals)[0]
+        return np.concatenate([np.stack([a, zero, -a * length, zero], 1), np.stack([b, c, -b * length, -c * length], 1)])
 
-    def residuals(q: np.ndarray) -> np.ndarray:
-        first, second = (q[:2] - lengths(q[4:])[:, None] * q[2:4] - colours.ratios).T
-        return np.concatenate([root[:, 0, 0] * first, root[:, 1, 0] * first + root[:, 1, 1] * second, (q[4:] - mean) / sd])
+    def residuals(linear: np.ndarray, light: np.ndarray) -> np.ndarray:
+        return np.concatenate([terms(light) @ linear - measured, (light - mean) / sd])
 
-    import scipy.optimize  # takes 0.3 s, which a calibrated touchpad saves
-    line = np.polyfit(lengths(mean), colours.ratios, 1)
-    start = np.concatenate([line[1], np.maximum(-line[0], 1.0), mean])
-    scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, sd])
-    found = scipy.optimize.least_squares(residuals, start, x_scale=scale, loss='huber', f_scale=TOUCHPAD.huber_sigmas, max_nfev=60,
-                                         ftol=1e-6)  # relative decrease of the sum of squares that ends the fit
-    return found.x, np.linalg.pinv(found.jac.T @ found.jac)
+    def weights(residual: np.ndarray) -> np.ndarray:
+        return np.minimum(1.0, limit / np.maximum(np.abs(residual), limit))
+
+    def loss(residual: np.ndarray) -> float:
+        inner = np.minimum(np.abs(residual), limit)
+        return float(np.sum(inner * (np.abs(residual) - 0.5 * inner)))
+
+    def solved(light: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        weighted = terms(light) * weight[:, None]
+        return np.linalg.lstsq(weighted.T @ terms(light), weighted.T @ measured, rcond=None)[0]
+
+    def jacobian() -> np.ndarray:
+        steps = TOUCHPAD.derivative_step * sd
+        light_slopes = np.stack([(residuals(linear, light + step) - residual) / step.sum() for step in np.diag(steps)], axis=1)
+        return np.hstack([np.concatenate([terms(light), np.zeros((4, 4))]), light_slopes])
+
+    light, linear = mean, solved(mean, np.ones(len(measured)))
+    residual, damping = residuals(linear, light), 1.0
+    slopes = jacobian()
+    for _ in range(TOUCHPAD.max_fit_steps):
+        weighted = slopes * weights(residual)[:, None]
+        damped = weighted.T @ slopes + damping * np.diag([0.0] * 4 + [*sd**-2.0])
+        moved = light - np.linalg.lstsq(damped, weighted.T @ residual, rcond=None)[0][4:]
+        fitting = solved(moved, weights(residual)[:len(measured)])
+        decrease = loss(residual) - loss(residuals(fitting, moved))
+        if not decrease > 0:
+            damping *= 10
+            continue
+        light, linear, damping = moved, fitting, damping / 10
+        residual = residuals(linear, light)
+        slopes = jacobian()
+        if decrease < TOUCHPAD.min_decrease * loss(residual):
+            break
+    inner = slopes[np.abs(residual) <= limit]
+    return np.concatenate([linear, light]), np.linalg.pinv(inner.T @ inner)
 
 
 def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float, noise: np.ndarray) -> Colours:

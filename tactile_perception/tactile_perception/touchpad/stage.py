@@ -41,8 +41,6 @@ class TouchpadStage(DotStage):
         super().__init__(values)
         self.sensor = Touchpad.from_parameters(values)
         self.calibration = read_calibration(values['calibration'], 'touchpad', values) if values['calibration'] else None
-        if self.calibration is None:
-            import scipy.optimize  # noqa: F401 - needed for the first image, which would otherwise wait for the import
 
     def make_tracker(self, matrices: Matrices | None, size: tuple[int, int] | None) -> DotTracker:
         """Make the tracker; without a calibrated camera its dots have no 3D positions."""
