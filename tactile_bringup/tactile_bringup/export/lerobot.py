@@ -7,7 +7,7 @@ Layout: https://huggingface.co/docs/lerobot/lerobot-dataset-v3
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -55,17 +55,21 @@ def write_lerobot(sources: Sequence[Path], target: Path, rate: int, task: str) -
                 *map(set, columns)))) + '; name common ones with --topics')
         widths = {name: np.max([each[name].shape[1:] for each in columns], axis=0).astype(int).tolist() for name in columns[0]}
         widths = {name: width for name, width in widths.items() if 0 not in width}  # such as positions of a sensor without a surface model
-        images = {name for name in widths if name.endswith(_IMAGE)}
-        for name in images:
+        for name in _images(widths):
             _write_video(target / 'videos' / _key(name) / f'{_FIRST}.mp4', [each[name] for each in columns], rate)
-        summary = _write_rows(target / 'data' / f'{_FIRST}.parquet', columns, widths, images, rate)
-        _write_meta(target / 'meta', columns, widths, images, rate, task, summary)
+        summary = _write_rows(target / 'data' / f'{_FIRST}.parquet', columns, widths, rate)
+        _write_meta(target / 'meta', columns, widths, rate, task, summary)
 
 
 def _columns(episode: h5py.Group) -> dict[str, h5py.Dataset]:
     found: dict[str, h5py.Dataset] = {}
     episode.visititems(lambda name, each: found.update({name: each}) if isinstance(each, h5py.Dataset) else None)
     return found
+
+
+def _images(names: Iterable[str]) -> list[str]:
+    """Those that are images, and become videos."""
+    return [name for name in names if name.endswith(_IMAGE)]
 
 
 def _key(name: str) -> str:
@@ -88,12 +92,12 @@ def _write_video(path: Path, episodes: list[h5py.Dataset], rate: int) -> None:
     writer.release()
 
 
-def _write_rows(path: Path, columns: list[dict], widths: dict, images: set[str], rate: int) -> dict[str, dict]:
+def _write_rows(path: Path, columns: list[dict], widths: dict, rate: int) -> dict[str, dict]:
     """Write all rows; feature -> min, max, mean, std, count of the known values."""
     path.parent.mkdir(parents=True)
     sums: dict[str, list] = {}
     writer = None
-    for block in _blocks(columns, widths, images, rate):
+    for block in _blocks(columns, widths, rate):
         table = pa.table({name: _arrow(values) for name, values in block.items()})
         writer = writer or pq.ParquetWriter(path, table.schema)
         writer.write_table(table)
@@ -103,7 +107,8 @@ def _write_rows(path: Path, columns: list[dict], widths: dict, images: set[str],
     return {name: _summary(parts) for name, parts in sums.items()}
 
 
-def _blocks(columns: list[dict], widths: dict, images: set[str], rate: int) -> Iterator[dict[str, np.ndarray]]:
+def _blocks(columns: list[dict], widths: dict, rate: int) -> Iterator[dict[str, np.ndarray]]:
+    images = _images(widths)
     before = 0
     for number, episode in enumerate(columns):
         count = len(next(iter(episode.values())))
@@ -145,7 +150,8 @@ def _summary(parts: list) -> dict[str, list]:
     return {name: np.where(count > 0, each, 0.0).tolist() for name, each in values.items()} | {'count': [int(sum(rows))]}
 
 
-def _write_meta(folder: Path, columns: list[dict], widths: dict, images: set[str], rate: int, task: str, summary: dict) -> None:
+def _write_meta(folder: Path, columns: list[dict], widths: dict, rate: int, task: str, summary: dict) -> None:
+    images = _images(widths)
     lengths = [len(next(iter(each.values()))) for each in columns]
     ends = np.cumsum(lengths)
     features = {name: {'dtype': kind, 'shape': [1], 'names': None} for name, kind in _OWN.items()}

@@ -13,6 +13,7 @@ from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from tactile_driver.nodes.messages.conversions import point
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
 from tactile_perception.common.geometry import Cap
@@ -155,15 +156,15 @@ class MarkerSet:
         height = self._letter_height
         for number, line in enumerate(lines):
             # scale.x is the width of a space, which RViz otherwise takes from letters 1 m high.
-            marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), _colour(colour), number=number,
-                               position=(first + number * self._line_step).tolist())
+            marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), _colour(colour), number=number)
+            marker.pose.position = point(first + number * self._line_step)
             marker.text = line
 
-    def _add(self, ns: str, kind: int, scale: Sequence[float], colour: ColorRGBA, points: np.ndarray | None = None, number: int = 0,
-             position: Sequence[float] = (0.0, 0.0, 0.0)) -> Marker:
+    def _add(self, ns: str, kind: int, scale: Sequence[float], colour: ColorRGBA, points: np.ndarray | None = None,
+             number: int = 0) -> Marker:
         marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
                         points=[] if points is None else [Point(x=x, y=y, z=z) for x, y, z in points.tolist()], lifetime=_LIFETIME)
-        marker.pose.position, marker.pose.orientation.w = Point(x=position[0], y=position[1], z=position[2]), 1.0
+        marker.pose.orientation.w = 1.0
         self._made.append(marker)
         return marker
 
@@ -200,8 +201,8 @@ class MarkerSet:
         variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
         axes[:, 0] *= np.sign(np.linalg.det(axes))
         diameters = 2 * DRAWING.sigmas_95 * np.sqrt(np.maximum(variances, 0.0)).clip(DRAWING.min_diameter)
-        marker = self._add('covariances', Marker.SPHERE, diameters.tolist(), _colour(COLOURS.contact, 0.5), number=number,
-                           position=position.tolist())
+        marker = self._add('covariances', Marker.SPHERE, diameters.tolist(), _colour(COLOURS.contact, 0.5), number=number)
+        marker.pose.position = point(position)
         marker.pose.orientation = Quaternion(**dict(zip('xyzw', Rotation.from_matrix(axes).as_quat().tolist())))
 
     def _wrench(self, wrench, region: ContactRegion) -> None:

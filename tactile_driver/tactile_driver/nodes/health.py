@@ -74,20 +74,21 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, warning: str,
               'last error': status.error, **{shown: about[name] for name, shown in COUNTS.items() if name in about}}
     if meter is not None:
         values |= {'samples': meter.samples, 'saturated (%)': 100 * meter.saturated_part, 'messages': values.pop('frames')}
-    level, message = _judged(status, rate, nominal, live, bool(about.get('idle')), warning, about.get('limit', ''))
+    level, message = _judged(status, about, rate, live, warning)
     if level == OK and status.state == 'running' and meter is not None and meter.saturated_part > NODES.max_saturated_share:
         level, message = WARN, f'{100 * meter.saturated_part:.0f} % of the samples are saturated; reduce the light or the amplifier gain'
     return Health(WARN, warning, values) if level == OK and warning else Health(level, message, values)
 
 
-def _judged(status: CaptureStatus, rate: float, nominal: float, live: bool, idle: bool, warning: str, limit: str) -> tuple[bytes, str]:
+def _judged(status: CaptureStatus, about: dict, rate: float, live: bool, warning: str) -> tuple[bytes, str]:
+    nominal, limit = float(about.get('rate', 0) or 0), about.get('limit', '')
     if status.state in ('lost', 'failed'):
         return ERROR, status.error
     if status.state != 'running':
         return OK, _STATES[status.state]
     if status.failing:
         return ERROR, status.error
-    if idle:
+    if about.get('idle'):
         return OK, 'nobody subscribes'
     if live and status.age_s > max(SOURCES.min_silence_s, SOURCES.max_silent_periods / max(nominal, 1.0)):
         return ERROR, warning or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'

@@ -3,7 +3,7 @@
 """The simulated camera behind the skin: a pinhole with Brown's distortion."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -56,15 +56,33 @@ class SimulatedCamera:
         return uv[:, 0], ((uv[:, 1:4] - uv[:, 4:7]) / (2 * step)).transpose(0, 2, 1)
 
 
-def mounted(focal: tuple, centre: tuple, distortion: tuple, turn: tuple, position: tuple, native: tuple, width: int) -> SimulatedCamera:
-    """A camera with images of width px and the field of view of the native size (binning).
+@dataclass(frozen=True)
+class CameraDesign:
+    """A camera and its pose.
 
     focal, centre: (x, y), px of the native image; distortion: (k1, k2, p1, p2, k3); turn: rotation vector from the sensor frame to the
-    camera frame, rad; position: translation, m; native: (width, height), px.
+    camera frame, rad; position: translation, m; size: (width, height) of the native image, px.
     """
-    scale = width / native[0]
-    # Pixel centres are at whole numbers, so binning scales c + 1/2, not c.
-    u, v = ((c + 0.5) * scale - 0.5 for c in centre)
-    matrix = np.array([[focal[0] * scale, 0, u], [0, focal[1] * scale, v], [0, 0, 1.0]])
-    rotation = cv2.Rodrigues(np.asarray(turn, float))[0]
-    return SimulatedCamera(matrix, np.array(distortion, float), rotation, np.array(position, float), width, int(native[1] * scale), scale)
+
+    focal: tuple[float, float]
+    centre: tuple[float, float]
+    distortion: tuple[float, ...]
+    turn: tuple[float, float, float]
+    position: tuple[float, float, float]
+    size: tuple[int, int] = (640, 480)
+
+    def mounted(self, width: int) -> SimulatedCamera:
+        """The camera with images of width px and the field of view of the native size (binning)."""
+        scale = width / self.size[0]
+        # Pixel centres are at whole numbers, so binning scales c + 1/2, not c.
+        u, v = ((c + 0.5) * scale - 0.5 for c in self.centre)
+        matrix = np.array([[self.focal[0] * scale, 0, u], [0, self.focal[1] * scale, v], [0, 0, 1.0]])
+        rotation = cv2.Rodrigues(np.asarray(self.turn, float))[0]
+        return SimulatedCamera(matrix, np.array(self.distortion, float), rotation, np.array(self.position, float), width,
+                               int(self.size[1] * scale), scale)
+
+    def built(self, rng: np.random.Generator) -> CameraDesign:
+        """A specimen, with random manufacturing tolerances."""
+        focal = self.focal[0] * (1 + rng.normal(0, 0.004))
+        return replace(self, focal=(focal, focal * (1 + rng.normal(0, 0.001))), centre=np.add(self.centre, rng.normal(0, 2.0, 2)),
+                       turn=np.add(self.turn, rng.normal(0, 0.003, 3)), position=np.add(self.position, rng.normal(0, 0.15e-3, 3)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -257,10 +257,10 @@ def _press(start: float, phi: float, theta: float, depth: float, last: float = 0
 
 
 def _presses(positions: Iterable[tuple[float, float]], depths: Sequence[float], start: float, period: float, last: float = 0.3,
-             rise: float = 0.02, ambient: Ambient = Ambient()) -> PsdScript:
+             rise: float = 0.02) -> PsdScript:
     """Presses at positions (phi, theta), degrees, each at the next of the depths, m, in turn; start, period: s."""
     acts = [_press(start + period * k, *position, depths[k % len(depths)], last, rise) for k, position in enumerate(positions)]
-    return PsdScript(acts, acts[-1].end + 0.5, ambient)
+    return PsdScript(acts, acts[-1].end + 0.5)
 
 
 def _rings() -> Iterator[tuple[float, float]]:
@@ -294,7 +294,7 @@ PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
     # one object, then a second one on the opposite side
     'two': lambda: PsdScript([_press(0.5, 45, 40, 3.0e-4, 2.0), _press(1.2, 225, 40, 3.0e-4, 0.8)], 3.0),
     # the grid in a bright room
-    'bright': lambda: _presses(_GRID, [2.8e-4], 0.5, 0.45, ambient=Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))}
+    'bright': lambda: replace(_presses(_GRID, [2.8e-4], 0.5, 0.45), ambient=Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))}
 
 
 def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:

@@ -9,12 +9,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..optics.camera import CameraDesign
 from ..optics.light import Lamps
 from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import TIMING, Act, Script, Specimen, act, drag, one_after_the_other, press, session
 from ..skin.surfaces import Membrane
-from .marker_sheet import built_camera
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
     volume = np.pi * DOME.height**2 * (3 * _BALL - DOME.height) / 3
     membrane = Membrane(_BALL, DOME.height, pressure * _BALL / 2, 61, volume / (DOME.air + pressure))
     membrane.longest_step, membrane.settled, membrane.linearisations = DOME.step, DOME.settled, DOME.linearisations
-    camera = built_camera(rng, 233.0, (322.0, 238.0), (-0.055, 0.0055, 3e-4, 2e-4, 0.0), (0.002, -0.004, 0.003), (0.0, 0.0, 0.042),
-                          (640, 480), width)
+    camera = CameraDesign((233.0, 233.0), (322.0, 238.0), (-0.055, 0.0055, 3e-4, 2e-4, 0.0), (0.002, -0.004, 0.003),
+                          (0.0, 0.0, 0.042)).built(rng).mounted(width)
     renderer = Renderer(membrane, camera, _LAMPS, _IMAGING, seed)
     return Specimen('air_cushion', membrane, pattern(membrane, rng), (camera,), (renderer,))
 

@@ -8,11 +8,12 @@ from functools import partial
 
 import numpy as np
 
+from ..optics.camera import CameraDesign
 from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import TIMING, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
-from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered, stage_presses
+from .marker_sheet import INK, SHEET_COLOUR, drags, grid, markers, on_markers, presses, scattered, stage_presses
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def areal_dual(seed: int, thick: bool = False) -> Specimen:
     stiffer = 1 + rng.normal(0, 0.03)
     skin = (0.0, np.inf, SHEET.bending * stiffer, 97, SHEET.foundation) if thick else (70.0 * stiffer, 1.25, 3.5e-4, 97)
     sheet = Sheet(2 * SHEET.half[0], 2 * SHEET.half[1], *skin)
-    cameras = tuple(built_camera(rng, 289.0, centre, SHEET.distortion, turn, position, SHEET.size, SHEET.size[0])
+    cameras = tuple(CameraDesign((289.0, 289.0), centre, SHEET.distortion, turn, position, SHEET.size).built(rng).mounted(SHEET.size[0])
                     for centre, turn, position in (
         ((241.0, 318.0), (0.006, -0.010, -0.022), (SHEET.off_centre, 0.0006, 0.0465)),
         ((238.0, 321.0), (-0.005, 0.012, 0.026), (-SHEET.off_centre, -0.0008, 0.0460))))

@@ -8,11 +8,12 @@ from functools import partial
 
 import numpy as np
 
+from ..optics.camera import CameraDesign
 from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import TIMING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
-from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered, stage_presses
+from .marker_sheet import INK, SHEET_COLOUR, drags, grid, markers, on_markers, presses, scattered, stage_presses
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ def areal_single(seed: int, width: int = 640, camera: tuple[float, float] = SHEE
     rng = np.random.default_rng([seed, 11])
     sheet = Sheet(2 * SHEET.half[0], 2 * SHEET.half[1], 48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4, 65)
     distance, focal = camera
-    camera = built_camera(rng, focal, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, distance), (640, 480),
-                          width)
+    camera = CameraDesign((focal, focal), (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0),
+                          (0.0, 0.0, distance)).built(rng).mounted(width)
     imaging = Imaging(blur=1.0, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=3.0, stop=0.1)
     pattern = markers(sheet, 9, 13, (0.0045, 0.0045), 0.0012, rng)
     return Specimen('areal_single', sheet, pattern, (camera,), (Renderer(sheet, camera, lamps, imaging, seed),))

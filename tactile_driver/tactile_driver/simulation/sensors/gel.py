@@ -18,7 +18,7 @@ import numpy as np
 
 from ..gel.contact import GelContact, GelState, Indenter
 from ..gel.elements import Material, Response
-from ..optics.camera import mounted
+from ..optics.camera import CameraDesign
 from ..optics.light import Lamps
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
@@ -69,8 +69,8 @@ class GelScene(FramesInOrder[TruthFrame]):
     def __init__(self, script: GelScript, rate: float, seed: int, width: int):
         rng = np.random.default_rng([seed, 17])
         self.rate = rate
-        self.camera = mounted((GEL.focal, GEL.focal), (321.0, 238.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, GEL.distance), (640, 480),
-                              width)
+        design = CameraDesign((GEL.focal, GEL.focal), (321.0, 238.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, GEL.distance))
+        self.camera = design.mounted(width)
         self._pins = script.printed == 'pins'
         self.sensor = 'pins' if self._pins else 'gel'
         self.rows, self.columns = (GEL.rows, GEL.columns) if script.printed == 'grid' else (0, 0)

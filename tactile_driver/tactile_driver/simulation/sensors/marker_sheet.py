@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from ..constants import SIMULATION
-from ..optics.camera import SimulatedCamera, mounted
 from ..optics.pattern import LargeDots, uneven
 from ..scene.specimen import Act, drag, one_after_the_other, press
 from ..skin.surfaces import Sheet
@@ -28,14 +27,6 @@ def markers(sheet: Sheet, rows: int, columns: int, pitch: tuple, radius: float, 
     positions = np.stack([x - turn * y, y + turn * x, np.zeros_like(x)], axis=1)
     positions[:, :2] += rng.normal(0, 0.010 * pitch[1], (len(positions), 2)) + rng.normal(0, 0.15e-3, 2)
     return LargeDots(sheet, positions, uneven(radius, 0.035, len(positions), rng), np.arange(len(positions)), rows, columns)
-
-
-def built_camera(rng: np.random.Generator, focal: float, centre: tuple, distortion: tuple, turn: tuple, position: tuple, native: tuple,
-                 width: int) -> SimulatedCamera:
-    """A camera as from camera.mounted, with random manufacturing tolerances."""
-    focal *= 1 + rng.normal(0, 0.004)
-    return mounted((focal, focal * (1 + rng.normal(0, 0.001))), np.add(centre, rng.normal(0, 2.0, 2)), distortion,
-                   np.add(turn, rng.normal(0, 0.003, 3)), np.add(position, rng.normal(0, 0.15e-3, 3)), native, width)
 
 
 def presses(tool: str, positions: list, half: tuple, deepest: float, count: int, rng: np.random.Generator) -> list:

@@ -15,7 +15,7 @@ from functools import lru_cache, partial
 import cv2
 import numpy as np
 
-from ..optics.camera import mounted
+from ..optics.camera import CameraDesign
 from ..truth import FramesInOrder, SimulatedFrame, Touch, TruthFrame
 
 
@@ -76,7 +76,8 @@ class PhotometricScene(FramesInOrder[TruthFrame]):
         self.duration = 1.5 + 2 * script.period * len(script.presses)
         self.frames = max(int(round(self.duration * rate)), 1)
         focal, distance = 760.0, 760.0 * SHADED.scale
-        self.camera = mounted((focal, focal), (319.5, 239.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, distance), SHADED.native, width)
+        design = CameraDesign((focal, focal), (319.5, 239.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, distance), SHADED.native)
+        self.camera = design.mounted(width)
         self._size = width, width * 3 // 4
         y, x = np.mgrid[:SHADED.native[1] // SHADED.cell, :SHADED.native[0] // SHADED.cell].astype(float)
         middle = (np.array(SHADED.native) / SHADED.cell - 1) / 2

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from ..optics.camera import SimulatedCamera, mounted
+from ..optics.camera import CameraDesign, SimulatedCamera
 from ..optics.light import Lighting
 from ..optics.pattern import DotPattern, uneven
 from ..optics.rendering import Imaging, Renderer
@@ -32,8 +32,8 @@ PAD = TouchpadMade()
 
 def touchpad_camera(width: int = 640) -> SimulatedCamera:
     """The camera of the touchpad, 40 mm behind the rim; width: of its 4 : 3 images, px."""
-    return mounted((PAD.focal, PAD.focal), (321.3, 237.8), (-0.062, 0.018, 4e-4, -3e-4, 0.0), (0.003, -0.004, 0.002),
-                   (-0.00012, 0.00008, PAD.distance), (640, 480), width)
+    return CameraDesign((PAD.focal, PAD.focal), (321.3, 237.8), (-0.062, 0.018, 4e-4, -3e-4, 0.0), (0.003, -0.004, 0.002),
+                        (-0.00012, 0.00008, PAD.distance)).mounted(width)
 
 
 def touchpad_dots(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
