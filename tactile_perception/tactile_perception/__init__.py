@@ -13,6 +13,7 @@ import tactile_driver  # noqa: F401, for what it does about Ctrl-C
 _PUBLIC = {
     'detect_dots': 'api:detect_dots',
     'index_dots': 'dots.number:number_grid',
+    'DotOptions': 'dots.tracker:DotOptions',
     'DotTracker': 'dots.tracker:DotTracker',
     'Touchpad': 'touchpad.sensor:Touchpad',
     'touchpad_tracker': 'touchpad.positions:touchpad_tracker',

@@ -18,7 +18,7 @@ import numpy as np
 from tactile_perception.common.neighbours import Neighbours
 from tactile_perception.core.errors import BadFrame
 from tactile_perception.dots.reference import Reference
-from tactile_perception.dots.tracker import DotTracker
+from tactile_perception.dots.tracker import DotOptions, DotTracker
 
 PERIOD_S = 1 / 30  # of all clips
 REPEATS = 12  # of the first image
@@ -64,7 +64,7 @@ def drawn(image, tracks):
 def measure(path: Path, sheet: Path | None) -> str:
     """A row of the table."""
     images = list(frames(path))
-    tracker = DotTracker(0, 0, 'any', 'auto', 'auto', as_tracks=Reference())  # as dot_tracker_node has it
+    tracker = DotTracker(DotOptions(0, 0, 'any', 'auto', 'auto'), as_tracks=Reference())  # as dot_tracker_node has it
     took, counts, wrong, refused, shown = [], [], 0, 0, {0, len(images) // 2, len(images) - 1}
     for k, image in enumerate(images):
         begin = time.process_time()
@@ -79,7 +79,7 @@ def measure(path: Path, sheet: Path | None) -> str:
         if sheet and k in shown and tracks is not None:
             cv2.imwrite(str(sheet / f'{path.stem}_{k}.png'), drawn(image, tracks))
     moved = np.nan
-    again = DotTracker(0, 0, 'any', 'auto', 'auto')
+    again = DotTracker(DotOptions(0, 0, 'any', 'auto', 'auto'))
     try:
         repeated = [again.process(images[0], k * PERIOD_S).duv for k in range(REPEATS)]
         moved = max(np.abs(duv).max() for duv in repeated)

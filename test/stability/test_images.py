@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 from rig import Chain, contacts, duv, untouched, uv
 from scipy.spatial import cKDTree
 
-from tactile_perception import DotTracker, detect_dots, index_dots
+from tactile_perception import DotOptions, DotTracker, detect_dots, index_dots
 from tactile_perception.core.errors import BadArgument, BadFrame, TactileError
 
 
@@ -203,7 +203,7 @@ def largest_error(method):
 
 @pytest.mark.parametrize('method', METHODS)
 def test_a_tracker_refuses_what_is_no_grid_of_dots_and_goes_on(method):
-    tracker, good = DotTracker(ROWS, COLUMNS, 'bright', method), drawn(UV, 13.0)
+    tracker, good = DotTracker(DotOptions(ROWS, COLUMNS, 'bright', method)), drawn(UV, 13.0)
     before = tracker.process(good, 0.0)
     for stamp, (name, picture) in enumerate(NOTHING.items(), 1):
         with pytest.raises(BadFrame):
@@ -243,13 +243,13 @@ def test_ten_thousand_dots_are_found_and_numbered():
 def test_grids_of_a_few_dots(rows):
     uv = grid(rows, rows, 60.0)
     assert index_dots(uv[::-1], rows, rows).id.tolist() == list(range(rows * rows))[::-1]
-    tracks = DotTracker(rows, rows, 'bright', 'blobs').process(drawn(uv, 13.0), 0.0)
+    tracks = DotTracker(DotOptions(rows, rows, 'bright', 'blobs')).process(drawn(uv, 13.0), 0.0)
     assert len(tracks) == rows * rows and np.abs(tracks.uv - uv[tracks.id]).max() < 0.1
 
 
 def test_four_dots_are_no_pattern():
     with pytest.raises(BadFrame, match='no pattern of bright dots'):
-        DotTracker(2, 2, 'bright', 'blobs').process(drawn(grid(2, 2, 60.0), 13.0), 0.0)
+        DotTracker(DotOptions(2, 2, 'bright', 'blobs')).process(drawn(grid(2, 2, 60.0), 13.0), 0.0)
 
 
 FEW = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))

@@ -84,19 +84,24 @@ TACTILE_WIDE void DiscPatch::subtract(double u, double v, double diameter, doubl
 }
 
 TACTILE_WIDE void DiscPatch::compress(float* out) const {
-    typedef float Part __attribute__((vector_size(4 * sizeof(float))));  // all sectors have a multiple of four dimensions
-    constexpr std::ptrdiff_t PARTS = DIMENSIONS / 4, SECTOR_OF_PART[PARTS] = {0, 0, 0, 1, 1, 2, 2, 3};
+    typedef float Part __attribute__((vector_size(8 * sizeof(float))));
+    constexpr std::ptrdiff_t PARTS = DIMENSIONS / 8, SECTOR_OF_PART[PARTS][2] = {{0, 0}, {0, 1}, {1, 2}, {2, 3}};  // of the halves of a part
     Part sums[PARTS] = {};
     const float* basis = model_.basis.data();
+    float folded[SECTORS][LARGEST_HALF + 1];
     for (std::ptrdiff_t r = 0; r <= half_; ++r) {
         const float *up = middle_of(half_ - r), *down = middle_of(half_ + r);
-        for (std::ptrdiff_t c = 0; c <= half_; ++c, basis += DIMENSIONS) {
+        for (std::ptrdiff_t c = 0; c <= half_; ++c) {
             const float even = down[c] + up[c], odd = down[c] - up[c], even_left = down[-c] + up[-c], odd_left = down[-c] - up[-c];
-            const float folded[SECTORS] = {even + even_left, even - even_left, odd + odd_left, odd - odd_left};
+            folded[0][c] = even + even_left, folded[1][c] = even - even_left;
+            folded[2][c] = odd + odd_left, folded[3][c] = odd - odd_left;
+        }
+        for (std::ptrdiff_t c = 0; c <= half_; ++c, basis += DIMENSIONS) {
             for (std::ptrdiff_t k = 0; k < PARTS; ++k) {
+                const float a = folded[SECTOR_OF_PART[k][0]][c], b = folded[SECTOR_OF_PART[k][1]][c];
                 Part part;
-                std::memcpy(&part, basis + 4 * k, sizeof part);
-                sums[k] += folded[SECTOR_OF_PART[k]] * part;
+                std::memcpy(&part, basis + 8 * k, sizeof part);
+                sums[k] += Part{a, a, a, a, b, b, b, b} * part;
             }
         }
     }

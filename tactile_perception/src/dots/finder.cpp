@@ -42,6 +42,7 @@ class Fits {
         : image_(image), model_(model), look_(look), limits_(limits), patch_(model) {}
 
     std::vector<DotFit> run(const std::vector<double>& positions) {
+        dots_.reserve(positions.size() / 2);
         for (std::size_t i = 0; i < positions.size(); i += 2) add(positions[i], positions[i + 1]);
         find_neighbours();
         mark_doubles();
@@ -127,26 +128,28 @@ class Fits {
                dot.disc.diameter < model_.largest;
     }
 
-    // Fits each dot that has neighbours in its patch one step further without their images.
+    // Fits each dot that has neighbours in its patch one step further without their images, as they are fitted alone.
     void subtract_neighbours() {
-        const std::vector<DotFit> alone = dots_;
-        for (std::size_t i = 0; i < alone.size(); ++i) {
-            if (!alone[i].single) continue;
+        std::vector<std::size_t> changed;
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            if (!dots_[i].single) continue;
             bool any = false;
             for_each_neighbour(i, [&](std::size_t j) {
-                const double reach = static_cast<double>(model_.half) + alone[j].disc.diameter / 2 + model_.blur;
-                if (!is_settled(alone[j]) || !(std::abs(static_cast<double>(alone[i].column) - alone[j].u()) < reach) ||
-                    !(std::abs(static_cast<double>(alone[i].row) - alone[j].v()) < reach)) {
+                const DotFit &dot = dots_[i], &other = dots_[j];
+                const double reach = static_cast<double>(model_.half) + other.disc.diameter / 2 + model_.blur;
+                if (!is_settled(other) || !(std::abs(static_cast<double>(dot.column) - other.u()) < reach) ||
+                    !(std::abs(static_cast<double>(dot.row) - other.v()) < reach)) {
                     return;
                 }
-                if (!any) cut(dots_[i]);
+                if (!any) cut(dot);
                 any = true;
-                subtract(alone[i], alone[j]);
+                subtract(dot, other);
             });
             if (!any) continue;
             patch_.compress(dots_[i].patch);
-            fit(dots_[i], 1);
+            changed.push_back(i);
         }
+        for (const std::size_t i : changed) fit(dots_[i], 1);
     }
 
     const Image image_;

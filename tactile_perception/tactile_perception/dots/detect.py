@@ -3,6 +3,7 @@
 """Detectors of dots and markers, by name."""
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import partial
 
 import numpy as np
@@ -29,19 +30,29 @@ _SMALLEST_SEGMENTED = 8.0  # px: smaller markers are segmented in the full image
 _LOWEST = 0.13  # of the markers' contrast, threshold of the segmentation
 
 
-class DotDetector:
+class Detector(ABC):
+    """Finds dots in images. found: what is taken for dots, as a person would say it, ''; measured: how often their appearance was measured,
+    0 where it is not."""
+
+    found, measured = '', 0
+
+    @abstractmethod
+    def detect(self, image: np.ndarray) -> Dots:
+        """Dots of one image, (H, W) or (H, W, 3) BGR uint8, unordered. Raises BadFrame."""
+
+
+class DotDetector(Detector):
     """Detects printed dots. Their appearance is measured in the first image that shows some, and frozen: what is found is a function of the
     image alone. It is measured again, as a whole, where it no longer fits.
 
     polarity: 'dark' dots on bright ground or 'bright' ones on dark; method: a name in METHODS. Raises BadArgument for unknown names.
-    found: what is taken for dots, where the method measures that, ''; measured: how often the appearance was measured.
     """
 
     def __init__(self, polarity: str = 'dark', method: str = 'likelihood'):
         sign, make = by_name(POLARITIES, polarity, 'polarity'), by_name(METHODS, method, 'dot detection method')
         if polarity == 'any' and method != 'auto':
             raise BadArgument(f'detection {method} does not measure the polarity: set polarity to dark or bright, or detection to auto')
-        self._method, self._finder, self._count, self.found, self.measured = make(sign), None, 0, '', 0
+        self._method, self._finder, self._count = make(sign), None, 0
 
     def detect(self, image: np.ndarray) -> Dots:
         """Dots of one image, (H, W) or (H, W, 3) BGR uint8, unordered. Raises BadFrame (wrong type or shape, constant, no dots)."""

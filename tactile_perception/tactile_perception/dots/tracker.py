@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -12,7 +13,7 @@ import numpy as np
 from .. import _core
 from ..common.dots import Dots, DotTracks
 from ..core.errors import BadArgument, BadFrame
-from .detect import DotDetector
+from .detect import Detector, DotDetector
 from .links import Linker
 from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, grid_numbering
 from .reference import CalibratedRest, Reference
@@ -84,15 +85,30 @@ def _corners(text: str) -> np.ndarray | None:
     return numbers.reshape(-1, 2)
 
 
-class DotTracker:
-    """Tracks the dots of one camera frame by frame.
+@dataclass(frozen=True)
+class DotOptions:
+    """What dots are tracked.
 
     rows, columns: size of the printed grid, both 0 for an irregular pattern; polarity: a name in detect.POLARITIES; detection: a name in
     detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'), or AUTO:
-    rows and columns that are 0 are those of the first frame's dots where these form a grid; detector: an object with detect(image) -> Dots
-    that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to register, the first
-    frame's dots by default; as_tracks: a Reference of dots that are reported as tracks while their positions on the grid are not certain,
-    None to refuse such frames; mask: what of the image shows the sensor, None for all; positions: 3D positions of the dots, an object with
+    rows and columns that are 0 are those of the first frame's dots where these form a grid; pattern: (K, 2) px, positions of a pattern to
+    register, the first frame's dots by default; mask: what of the image shows the sensor, None for all.
+    """
+
+    rows: int = 0
+    columns: int = 0
+    polarity: str = 'dark'
+    detection: str = 'likelihood'
+    numbering: str = 'lattice'
+    pattern: np.ndarray | None = None
+    mask: Mask | None = None
+
+
+class DotTracker:
+    """Tracks the dots of one camera frame by frame.
+
+    detector: replaces the one that the options name; reference: Reference() by default; as_tracks: a Reference of dots that are reported as
+    tracks while their positions on the grid are not certain, None to refuse such frames; positions: 3D positions of the dots, an object with
     locate(image, tracks, stamp_s) -> (N, 3) m in the sensor frame, NaN: unknown, warning, why there are none, '', and reset(), which drops
     what depends on the reference; seam: px, column of an image stitched from two cameras beyond which the right one sees. Raises
     BadArgument for unknown names and bad sizes.
@@ -100,18 +116,18 @@ class DotTracker:
     unnumbered: why the dots of the last frame have no numbers, and what would help; ''.
     """
 
-    def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
-                 detector=None, reference: Reference | None = None, pattern: np.ndarray | None = None, as_tracks: Reference | None = None,
-                 mask: Mask | None = None, positions=None, seam: float | None = None):
+    def __init__(self, options: DotOptions = DotOptions(), detector: Detector | None = None, reference: Reference | None = None,
+                 as_tracks: Reference | None = None, positions=None, seam: float | None = None):
+        rows, columns, numbering = options.rows, options.columns, options.numbering
         if not (rows == columns == 0 or (rows >= 2 and columns >= 2)):
             raise BadArgument(f'rows and columns must both be 0 (no grid) or at least 2, not {rows} and {columns}')
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
-        self._detector = DotDetector(polarity, detection) if detector is None else detector
-        self._mask, self._positions, self._seam = mask, positions, seam
+        self._detector = DotDetector(options.polarity, options.detection) if detector is None else detector
+        self._mask, self._positions, self._seam = options.mask, positions, seam
         self._auto = self._search_grid = numbering == AUTO and not rows
         self._name, self._changed = 'lattice' if numbering == AUTO else numbering, ''
-        self._numbering = self._make_numbering(self._name, pattern)
+        self._numbering = self._make_numbering(self._name, options.pattern)
         self._linker, self._track_reference = Linker(), as_tracks
         self.unnumbered = ''
         self._stamp_s = -np.inf
@@ -167,7 +183,7 @@ class DotTracker:
         if self._size is None:
             return ''
         grid = f'grid of {self.rows} x {self.columns}' if self.rows else 'no grid'
-        return f'{getattr(self._detector, "found", "") or "dots"}, {grid}'
+        return f'{self._detector.found or "dots"}, {grid}'
 
     def process(self, image: np.ndarray, stamp_s: float, touched: bool | None = None) -> DotTracks:
         """Indexed dots of an image, and their 3D positions; dots without a certain index are left out.
@@ -188,9 +204,9 @@ class DotTracker:
                 raise
             id, self.unnumbered = None, f'{error}. Until then dots are tracks without grid numbers'
         self._stamp_s, self._size = stamp_s, image.shape
-        tracks = self._displaced(dots, track, stamp_s, 0, 0, self._track_reference, touched) if loose else None
+        tracks = self._displaced(dots, track, stamp_s, (0, 0), self._track_reference, touched) if loose else None
         if id is not None:
-            tracks = self._displaced(dots, id, stamp_s, self.rows, self.columns, self.reference, touched)
+            tracks = self._displaced(dots, id, stamp_s, (self.rows, self.columns), self.reference, touched)
         if self._positions is not None:
             tracks.xyz = self._positions.locate(image, tracks, stamp_s)
         return tracks
@@ -201,11 +217,11 @@ class DotTracker:
         return bool(image[:, :seam].any() and image[:, seam + 1:].any())
 
     def _detect(self, image, stamp_s):
-        measured = getattr(self._detector, 'measured', 0)
+        measured = self._detector.measured
         dots = _detected(self._detector, self._mask, image)
         if not len(dots):
             raise BadFrame('no dots found: check light, the parameters polarity and mask, and the view')
-        if 0 < measured < getattr(self._detector, 'measured', 0):
+        if 0 < measured < self._detector.measured:
             self._start_again(stamp_s)
         if self._search_grid:
             self.rows, self.columns = _core.dots.find_grid(dots.uv)
@@ -213,18 +229,18 @@ class DotTracker:
             self._search_grid = False
         return dots
 
-    def _displaced(self, dots, id, stamp_s, rows, columns, reference, touched) -> DotTracks:
+    def _displaced(self, dots, id, stamp_s, grid, reference, touched) -> DotTracks:
         """Tracks of those dots that have an id (N,), in the order of their ids; of a print that nobody described those that have moved as
         their neighbours have."""
         seen = np.argsort(id)[np.count_nonzero(id < 0):]
         id, uv, sigma = id[seen], dots.uv.take(seen, axis=0), dots.sigma[seen]
-        duv = reference.update(id, uv, sigma, stamp_s, columns, touched)
+        duv = reference.update(id, uv, sigma, stamp_s, grid[1], touched)
         kept = np.ones(len(id), bool)
         if self._auto:
             known = np.isfinite(duv[:, 0])
             kept[known] = _core.dots.continuous((uv - duv)[known], uv[known])
             self.links.lost += np.count_nonzero(~kept)
-        return DotTracks(rows, columns, id[kept], uv[kept], dots.area[seen][kept], sigma[kept], duv[kept])
+        return DotTracks(*grid, id[kept], uv[kept], dots.area[seen][kept], sigma[kept], duv[kept])
 
     def _check(self, image: np.ndarray, stamp_s: float) -> None:
         if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3) or not image.size:
@@ -278,10 +294,10 @@ def tracker_options(values: Mapping, pattern: np.ndarray | None = None, rest: np
     """
     known = None if rest is None else CalibratedRest(rest)
     constants = values['reference.time_constant'], values['reference.frames']
-    return {'rows': values['rows'], 'columns': values['columns'], 'polarity': values['polarity'], 'detection': values['detection'],
-            'numbering': values['numbering'] if pattern is None or values['numbering'] == SORT else REGISTER, 'pattern': pattern,
-            'reference': Reference(*constants, known), 'as_tracks': Reference(*constants) if image_only else None,
-            'mask': _mask_of(values)}
+    numbering = values['numbering'] if pattern is None or values['numbering'] == SORT else REGISTER
+    return {'options': DotOptions(values['rows'], values['columns'], values['polarity'], values['detection'], numbering, pattern,
+                                  _mask_of(values)),
+            'reference': Reference(*constants, known), 'as_tracks': Reference(*constants) if image_only else None}
 
 
 def make_tracker(*given, **known) -> DotTracker:

@@ -14,7 +14,7 @@ from tactile_perception.core.errors import BadFrame
 from tactile_perception.dots.appearance import find_candidates
 from tactile_perception.dots.auto import locate_dots
 from tactile_perception.dots.detect import DotDetector
-from tactile_perception.dots.tracker import DotTracker
+from tactile_perception.dots.tracker import DotOptions, DotTracker
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
 FOUND = {'lamps': 0.85}  # of 0.9: an exact position in the glow of a lamp is not certain
@@ -34,11 +34,11 @@ def test_dots_are_found_without_a_parameter(name):
 
 
 def test_what_was_taken_for_dots_is_reported_and_a_grid_is_found():
-    tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
+    tracker = DotTracker(DotOptions(0, 0, 'any', 'auto', 'auto'))
     tracks = tracker.process(Film(SHEETS['rim']).frame(0)[0], 0.0)
     assert (tracks.rows, tracks.columns) == (7, 5) and sorted(tracks.id) == list(range(35))
     assert tracker.found == '35 dark dots of 17 px, grid of 7 x 5'
-    tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
+    tracker = DotTracker(DotOptions(0, 0, 'any', 'auto', 'auto'))
     assert tracker.process(Film(SHEETS['see_through']).frame(0)[0], 0.0).rows == 0 and 'no grid' in tracker.found
 
 
@@ -57,7 +57,7 @@ def test_images_without_dots_are_refused(image):
 
 
 def test_lamps_that_switch_change_no_track():
-    film, tracker, before = Film(SHEETS['lamps_switch'], seed=2), DotTracker(0, 0, 'any', 'auto', 'auto'), {}
+    film, tracker, before = Film(SHEETS['lamps_switch'], seed=2), DotTracker(DotOptions(0, 0, 'any', 'auto', 'auto')), {}
     for k in range(16):
         image, uv = film.frame(k)
         tracks = tracker.process(image, k / 30)
@@ -115,7 +115,7 @@ def first_image(name):
 def check_one_answer(image, size, least):
     """The same image gives the same dots and no displacement; turned by 90 degrees, mirrored or doubled, it gives least of them: share of
     the dots, of size px."""
-    tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
+    tracker = DotTracker(DotOptions(0, 0, 'any', 'auto', 'auto'))
     tracks = [tracker.process(image, k / 30) for k in range(5)]
     for track in tracks[1:]:
         np.testing.assert_array_equal(track.uv, tracks[0].uv)
@@ -254,7 +254,7 @@ def test_a_strainer_that_is_out_of_focus_or_compressed_is_refused(blur, quality)
 
 
 def test_other_dots_give_a_new_appearance_a_new_reference_and_a_word():
-    tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
+    tracker = DotTracker(DotOptions(0, 0, 'any', 'auto', 'auto'))
     tracker.process(Film(SHEETS['plain']).frame(0)[0], 0.0)
     assert not tracker.warning
     tracks = tracker.process(Film(SHEETS['lamps']).frame(0)[0], 1.0)

@@ -15,7 +15,7 @@ from tactile_perception.dots.appearance import measure_appearance
 from tactile_perception.dots.detect import METHODS, DotDetector
 from tactile_perception.dots.fit import DiscModel
 from tactile_perception.dots.parameters import DOT_PARAMETERS
-from tactile_perception.dots.tracker import DotTracker, Mask, make_tracker
+from tactile_perception.dots.tracker import DotOptions, DotTracker, Mask, make_tracker
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
 
@@ -328,7 +328,7 @@ def test_only_dots_of_the_sensor_are_found(mask, detection, colour):
 
 
 def test_a_dot_that_the_mask_cuts_is_none():
-    tracker = DotTracker(0, 0, mask=Mask('40,40,212,40,212,200,40,200'))  # the last column's dots reach from 205 to 215
+    tracker = DotTracker(DotOptions(mask=Mask('40,40,212,40,212,200,40,200')))  # the last column's dots reach from 205 to 215
     assert len(tracker.process(drawn(), 0.0).id) == ROWS * (COLUMNS - 1)
 
 
@@ -346,6 +346,6 @@ def test_a_mask_that_does_not_fit_the_images_is_named(tmp_path):
         Mask(str(tmp_path / 'black.png'))
     cv2.imwrite(str(tmp_path / 'small.png'), np.full((48, 64), 255, np.uint8))
     with pytest.raises(BadFrame, match='small.png is 64 x 48 px, the images are 320 x 240 px'):
-        DotTracker(0, 0, mask=Mask(str(tmp_path / 'small.png'))).process(drawn(), 0.0)
+        DotTracker(DotOptions(mask=Mask(str(tmp_path / 'small.png')))).process(drawn(), 0.0)
     with pytest.raises(BadFrame, match='outside the images'):
-        DotTracker(0, 0, mask=Mask('500,500,600,500,600,600')).process(drawn(), 0.0)
+        DotTracker(DotOptions(mask=Mask('500,500,600,500,600,600'))).process(drawn(), 0.0)

@@ -12,7 +12,7 @@ import pytest
 from tactile_perception._core.dots import continuous
 from tactile_perception.common.dots import Dots
 from tactile_perception.core.errors import BadFrame
-from tactile_perception.dots.detect import DotDetector
+from tactile_perception.dots.detect import Detector, DotDetector
 from tactile_perception.dots.links import Linker
 from tactile_perception.dots.pattern import PatternNumbers
 from tactile_perception.dots.tracker import DotTracker
@@ -94,11 +94,11 @@ def test_a_jump_that_two_answers_explain_is_said_and_gives_no_number():
     uv = np.stack([column, row], axis=1) * 32.0 + [16.0, 0.0]
     shifts = (0.0, 0.0, 14.0, 0.5)
 
-    class Shifted:
+    class Shifted(Detector):
         def detect(self, image):
             return dots(uv + [self.shift, 0.0])
     detector = Shifted()
-    tracker = DotTracker(0, 0, detector=detector)
+    tracker = DotTracker(detector=detector)
     for k, detector.shift in enumerate(shifts):
         if detector.shift == 14.0:
             with pytest.raises(BadFrame, match='half their spacing.*frame rate'):

@@ -10,15 +10,16 @@ from scipy.spatial import cKDTree
 
 from tactile_perception.common.dots import Dots
 from tactile_perception.core.errors import BadArgument, BadFrame
+from tactile_perception.dots.detect import Detector
 from tactile_perception.dots.reference import Reference
-from tactile_perception.dots.tracker import DotTracker
+from tactile_perception.dots.tracker import DotOptions, DotTracker
 
 RECORDINGS = os.environ.get('TACTILE_RECORDINGS')
 needs_recordings = pytest.mark.skipif(not RECORDINGS, reason='TACTILE_RECORDINGS is not set: recordings are not shipped')
 IMAGE = np.zeros((480, 640), np.uint8)
 
 
-class Given:
+class Given(Detector):
     """A detector that finds what it was given."""
 
     def __init__(self, uv):
@@ -35,7 +36,7 @@ def grid(rows=9, columns=12, pitch=30.0):
 
 def test_displacements_of_numbered_dots():
     detector = Given(grid())
-    tracker = DotTracker(9, 12, detector=detector)
+    tracker = DotTracker(DotOptions(9, 12), detector)
     first = tracker.process(IMAGE, 0.0)
     assert np.abs(first.duv).max() == 0
     detector.uv = (grid() + [45.0, 30.0])[::-1]  # one and a half pitches at once, in another order
@@ -47,7 +48,7 @@ def test_displacements_of_numbered_dots():
 def test_a_pattern_that_is_no_grid():
     uv = np.random.default_rng(0).permutation(grid())[:70] + np.random.default_rng(1).uniform(-8, 8, (70, 2))
     detector = Given(uv)
-    tracker = DotTracker(0, 0, detector=detector)
+    tracker = DotTracker(detector=detector)
     tracker.process(IMAGE, 0.0)
     detector.uv = uv + 4.0
     tracks = tracker.process(IMAGE, 0.02)
@@ -59,14 +60,14 @@ def test_a_pattern_that_is_no_grid():
 @pytest.mark.parametrize(('image', 'uv', 'said'), [(IMAGE.astype(float), grid(), 'uint8'), (IMAGE, np.zeros((0, 2)), 'no dots')])
 def test_what_cannot_be_used_is_refused(image, uv, said):
     with pytest.raises(BadFrame, match=said):
-        DotTracker(9, 12, detector=Given(uv)).process(image, 0.0)
+        DotTracker(DotOptions(9, 12), Given(uv)).process(image, 0.0)
 
 
 @pytest.mark.parametrize(('arguments', 'text'), [((1, 9), 'rows and columns'), ((9, 12, 'grey'), 'polarity'),
                                                  ((9, 12, 'dark', 'likelihood', 'walk'), 'numbering')])
 def test_wrong_arguments(arguments, text):
     with pytest.raises(BadArgument, match=text):
-        DotTracker(*arguments)
+        DotTracker(DotOptions(*arguments))
 
 
 @needs_recordings
@@ -75,7 +76,7 @@ def test_no_wrong_number_on_simulated_recordings(scene):
     folder = Path(RECORDINGS) / 'simulated' / scene
     truth = np.load(folder / 'truth.npz')
     number = truth['dot_rc'] @ [23, 1]
-    tracker = DotTracker(23, 23)
+    tracker = DotTracker(DotOptions(23, 23))
     numbered = 0
     for k, path in enumerate(sorted((folder / 'frames').glob('*.webp'))[:20]):
         tracks = tracker.process(cv2.imread(str(path)), float(k))
@@ -89,7 +90,7 @@ def test_no_wrong_number_on_simulated_recordings(scene):
 @needs_recordings
 def test_numbers_stay_through_the_press_and_back_on_a_real_sensor():
     video = cv2.VideoCapture(str(Path(RECORDINGS) / 'gelsight_mini' / 'mini_example.avi'))
-    tracker, last, counts = DotTracker(7, 10), {}, []
+    tracker, last, counts = DotTracker(DotOptions(7, 10)), {}, []
     for k in range(219):
         tracks = tracker.process(video.read()[1], k / 25)
         now = dict(zip(tracks.id.tolist(), tracks.uv))
@@ -103,7 +104,7 @@ def test_numbers_stay_through_the_press_and_back_on_a_real_sensor():
 def test_a_row_that_is_never_seen_in_full_makes_numbers_uncertain_and_tracks_certain():
     """The real gel has an eighth row, which the border cuts: as a grid of eight its rows could be the upper or the lower seven."""
     video = cv2.VideoCapture(str(Path(RECORDINGS) / 'gelsight_mini' / 'mini_example.avi'))
-    tracker, strict = DotTracker(8, 10, as_tracks=Reference()), DotTracker(8, 10)
+    tracker, strict = DotTracker(DotOptions(8, 10), as_tracks=Reference()), DotTracker(DotOptions(8, 10))
     for k in range(60):
         image = video.read()[1]
         tracks = tracker.process(image, k / 25)
@@ -116,7 +117,7 @@ def test_a_row_that_is_never_seen_in_full_makes_numbers_uncertain_and_tracks_cer
 @needs_recordings
 def test_pins_in_a_hexagonal_array_get_tracks():
     paths = sorted((Path(RECORDINGS) / 'pin_array_127').glob('frame_*.png'), key=lambda p: int(p.stem.split('_')[1]))
-    tracker = DotTracker(0, 0, 'bright')
+    tracker = DotTracker(DotOptions(0, 0, 'bright'))
     first = tracker.process(cv2.imread(str(paths[0])), 0.0)
     kept = []
     for k, path in enumerate(paths[1:40], 1):  # each a press of its own, that moves pins by up to a spacing
@@ -130,7 +131,7 @@ def test_a_pattern_that_is_no_grid_is_registered_by_name():
     uv = grid() + np.random.default_rng(3).uniform(-8, 8, (108, 2))
     order = np.random.default_rng(1).permutation(108)
     detector = Given(uv[order] + [12.0, 5.0])
-    tracker = DotTracker(0, 0, detector=detector, numbering='register', pattern=uv)
+    tracker = DotTracker(DotOptions(numbering='register', pattern=uv), detector)
     tracks = tracker.process(IMAGE, 0.0)
     np.testing.assert_array_equal(tracks.id, np.arange(108))
     np.testing.assert_array_equal(tracks.uv, uv + [12.0, 5.0])
@@ -141,4 +142,4 @@ def test_a_pattern_that_is_no_grid_is_registered_by_name():
     tracks = tracker.process(IMAGE, 0.2)
     np.testing.assert_allclose(tracks.duv, np.tile([-12.0, -5.0], (108, 1)))
     with pytest.raises(BadArgument, match='numbering'):
-        DotTracker(0, 0, numbering='walk')
+        DotTracker(DotOptions(numbering='walk'))
