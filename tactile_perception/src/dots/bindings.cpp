@@ -106,6 +106,8 @@ TrackLinks links(const Rows2& last, const Rows2& predicted, const Rows2& first, 
 
 static void bind_dots(py::module_& parent) {
     py::module_ module = parent.def_submodule("dots", "Dots: detection, and their lattice.");
+    def(module, "extract_channel -> (H, W)", "One channel of an image.", {"image (H, W, 3)", "channel [0, 2]"},
+        [](const Bytes& image, int channel) { return extract_channel({image, image.length(0), image.length(1)}, channel); });
     class_of<FoundDots>(module, "FoundDots", "Dots of an image, px: src/dots/finder.hpp.", {"uv candidates (N, 2)", "area sigma (N)"});
     record<DotLimits>(module, "DotLimits", "What decides what is a dot: docs/constants.md.");
     auto finder = class_of<DotFinder>(module, "DotFinder",

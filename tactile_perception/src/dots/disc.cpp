@@ -43,16 +43,18 @@ class Quadrant {
 
 }  // namespace
 
-DiscPatch::DiscPatch(const DiscModel& model) : model_(model), half_(model.half), side_(2 * half_ + 1), values_(side_ * side_) {}
+DiscPatch::DiscPatch(const DiscModel& model)
+    : model_(model), half_(model.half), side_(2 * half_ + 1), stride_((side_ + LANES - 1) / LANES * LANES), values_(side_ * stride_) {}
 
 TACTILE_WIDE void DiscPatch::cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level) {
     const std::ptrdiff_t left = column - half_;
-    const bool is_inside = left >= 0 && left + side_ <= image.columns;
+    const bool is_inside = left >= 0 && left + stride_ <= image.columns;
     for (std::ptrdiff_t r = 0; r < side_; ++r) {
         const std::uint8_t* pixels = image.pixels + std::clamp<std::ptrdiff_t>(row - half_ + r, 0, image.rows - 1) * image.columns;
-        float* out = values_.data() + r * side_;
+        float* out = values_.data() + r * stride_;
         if (is_inside) {
-            for (std::ptrdiff_t c = 0; c < side_; ++c) out[c] = static_cast<float>(pixels[left + c] - level);
+            for (std::ptrdiff_t c = 0; c < stride_; c += LANES)
+                for (std::ptrdiff_t k = 0; k < LANES; ++k) out[c + k] = static_cast<float>(pixels[left + c + k] - level);
         } else {
             for (std::ptrdiff_t c = 0; c < side_; ++c)
                 out[c] = static_cast<float>(pixels[std::clamp<std::ptrdiff_t>(left + c, 0, image.columns - 1)] - level);
@@ -75,7 +77,7 @@ TACTILE_WIDE void DiscPatch::subtract(double u, double v, double diameter, doubl
     for (std::ptrdiff_t r = within(down - reach); r < within(down + reach + 1); ++r) {
         const auto below = static_cast<float>(static_cast<double>(r) - down);
         const float square = below * below * density + 0.5f;
-        float* out = values_.data() + r * side_;
+        float* out = values_.data() + r * stride_;
         for (std::ptrdiff_t c = first; c < last; ++c) {
             const float beside = static_cast<float>(c) - middle;
             out[c] -= strength * profile[std::min(static_cast<std::ptrdiff_t>(beside * beside * density + square), outermost)];

@@ -80,10 +80,10 @@ class DiscPatch {
     void compress(float* out) const;
 
  private:
-    const float* middle_of(std::ptrdiff_t row) const { return values_.data() + row * side_ + half_; }
+    const float* middle_of(std::ptrdiff_t row) const { return values_.data() + row * stride_ + half_; }
 
     const DiscModel& model_;
-    const std::ptrdiff_t half_, side_;
+    const std::ptrdiff_t half_, side_, stride_;  // stride: of a row, side_ rounded up to LANES
     std::vector<float> values_;
 };
 

@@ -60,8 +60,8 @@ class Fits {
         return coordinate > 0 ? static_cast<std::ptrdiff_t>(std::min(coordinate + 0.5, static_cast<double>(count - 1))) : 0;
     }
     double contrast(const DotFit& dot) const { return look_.contrast < 0 ? -dot.disc.amplitude : dot.disc.amplitude; }
-    // px between the candidates.
-    double start_distance(const DotFit& a, const DotFit& b) const { return std::hypot(a.start_u - b.start_u, a.start_v - b.start_v); }
+    // Whether a step is shorter than this share of the typical diameter.
+    bool is_short(double u, double v, double share) const { return u * u + v * v < share * look_.typical * (share * look_.typical); }
 
     void cut(const DotFit& dot) { patch_.cut(image_, dot.column, dot.row, look_.ground); }
     void fit(DotFit& dot, int steps) { dot.disc = fit_disc(dot.patch, dot.disc, steps, model_, dot.node); }
@@ -108,8 +108,8 @@ class Fits {
         for (std::size_t i = 0; i < dots_.size(); ++i) {
             for_each_neighbour(i, [&](std::size_t j) {
                 const DotFit &dot = dots_[i], &other = dots_[j];
-                if (j < i && (start_distance(dot, other) < limits_.same * look_.typical ||
-                              std::hypot(dot.u() - other.u(), dot.v() - other.v()) < limits_.met * look_.typical)) {
+                if (j < i && (is_short(dot.start_u - other.start_u, dot.start_v - other.start_v, limits_.same) ||
+                              is_short(dot.u() - other.u(), dot.v() - other.v(), limits_.met))) {
                     dots_[i].single = false;
                 }
             });

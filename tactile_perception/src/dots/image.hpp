@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace tactile {
 
@@ -18,5 +19,8 @@ struct ColourImage {
     const std::uint8_t* pixels;
     std::ptrdiff_t rows, columns;
 };
+
+// One channel of an image, 0 to 2.
+std::vector<std::uint8_t> extract_channel(const ColourImage& image, int channel);
 
 }  // namespace tactile

@@ -134,7 +134,7 @@ def select_channel(image: np.ndarray, channel: str) -> np.ndarray:
         return image
     if channel == 'grey':
         return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    return cv2.extractChannel(image, CHANNELS.index(channel))
+    return _core.dots.extract_channel(image, CHANNELS.index(channel))
 
 
 def shrink(grey: np.ndarray, step: int) -> np.ndarray:

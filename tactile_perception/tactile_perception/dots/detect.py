@@ -15,19 +15,10 @@ from ..common.dots import Dots
 from ..core.errors import BadArgument, BadFrame, by_name
 from .appearance import MIN_CONTRAST, Appearance, discs_at, find_pattern, measure_appearance, select_channel, shrink
 from .auto import measure_any
+from .constants import DOT
 from .fit import DiscModel
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
-_SMALLEST_FRAME = 32  # px, shorter side of a frame: the detectors average over boxes of 15 px and more
-_LEAST_RANGE = 4  # grey levels; less is a constant frame: above the noise of a covered camera
-
-_MAX_GROWTH, _GROWTH = 2.2, 1.15  # times the typical diameter: the largest diameter searched; and from one model to the next
-_LOST_SHARE = 0.6  # of the dots at the measurement of the appearance; with fewer, it is measured again where that finds more
-
-# The detector of large markers
-_PER_PITCH = 1.1  # pitches, side of the box of the local mean: a little over one marker with its ground
-_SMALLEST_SEGMENTED = 8.0  # px: smaller markers are segmented in the full image
-_LOWEST = 0.13  # of the markers' contrast, threshold of the segmentation
 
 
 class Detector(ABC):
@@ -60,7 +51,7 @@ class DotDetector(Detector):
         if not hasattr(self._method, 'measure'):
             return self._method.detect(image)
         dots = None if self._finder is None else self._finder.detect(image)
-        if dots is not None and len(dots) >= max(_LOST_SHARE * self._count, 1):
+        if dots is not None and len(dots) >= max(DOT.lost_share * self._count, 1):
             return dots
         finder = None
         try:
@@ -70,7 +61,7 @@ class DotDetector(Detector):
             if not dots:
                 raise
             return dots
-        if not len(fresh) or dots and _LOST_SHARE * len(fresh) < len(dots):
+        if not len(fresh) or dots and DOT.lost_share * len(fresh) < len(dots):
             if not dots:
                 raise BadFrame('no dots found in the frame: check light, focus and the parameter polarity')
             return dots
@@ -86,11 +77,11 @@ def check_frame(image: np.ndarray):
         raise BadFrame(f'a frame must be an array of uint8, not {kind}: convert it to mono8 or bgr8')
     if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
         raise BadFrame(f'a frame must be (rows, columns) or (rows, columns, 3), not {image.shape}')
-    if min(image.shape[:2]) < _SMALLEST_FRAME:
-        raise BadFrame(f'a frame of {image.shape[1]} x {image.shape[0]} px is too small: at least {_SMALLEST_FRAME} px a side')
+    if min(image.shape[:2]) < DOT.min_frame_side:
+        raise BadFrame(f'a frame of {image.shape[1]} x {image.shape[0]} px is too small: at least {DOT.min_frame_side} px a side')
     sample = image[::16]
     low, high = int(sample.min()), int(sample.max())
-    if high - low < _LEAST_RANGE:
+    if high - low < DOT.min_range:
         name = 'black' if high < 8 else 'white' if low > 247 else 'constant'
         raise BadFrame(f'the frame is {name} (grey levels {low} to {high}): check light, lens cap and exposure')
 
@@ -111,9 +102,9 @@ class LikelihoodFinder:
                 model = DiscModel(self._appearance.smallest, largest, self._appearance.blur)
                 self._finders.append(_core.dots.DotFinder(model, self._appearance, self._limits))
             found = self._finders[k].find(grey)
-            if not found.outgrown or largest > _MAX_GROWTH * self._appearance.typical:
+            if not found.outgrown or largest > DOT.max_growth * self._appearance.typical:
                 return Dots(found.uv, found.area, found.sigma)
-            largest, k = _GROWTH * largest, k + 1
+            largest, k = DOT.growth * largest, k + 1
 
 
 class BlobFinder:
@@ -132,9 +123,9 @@ def _measure_markers(image, sign) -> BlobFinder:
     """Finder of markers like those of an image. Raises BadFrame without a pattern."""
     pattern = find_pattern(image, (sign,))
     discs = discs_at(select_channel(image, pattern.channel), sign, pattern.uv, pattern.diameter)
-    step = 2 if pattern.diameter >= _SMALLEST_SEGMENTED else 1
-    threshold = max(_LOWEST * float(np.median(discs.amplitude)), MIN_CONTRAST)
-    box = int(_PER_PITCH * pattern.pitch / step) // 2 * 2 + 1
+    step = 2 if pattern.diameter >= DOT.min_halved_diameter else 1
+    threshold = max(DOT.segmentation_share * float(np.median(discs.amplitude)), MIN_CONTRAST)
+    box = int(DOT.mean_side * pattern.pitch / step) // 2 * 2 + 1
     return BlobFinder(pattern.channel, _core.dots.BlobFinder(sign, step, box, threshold, np.pi / 4 * (pattern.diameter / step)**2))
 
 

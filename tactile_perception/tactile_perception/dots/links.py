@@ -8,14 +8,9 @@ import numpy as np
 from .. import _core
 from ..common.dots import Dots
 from ..common.neighbours import Neighbours
+from .constants import DOT
 
 FARTHEST = 1e9  # px: positions beyond it are invalid
-
-_MAX_NEW_DISTANCE = 0.5  # spacings from where a lost track is expected: a nearer dot may be its own, and starts no track
-_MAX_COMMON_MOTION = 0.5  # spacings between two frames: beyond it the nearest dot is the neighbour's
-_CONFIRMED_S = 0.05  # s, that a dot which appears later is followed before it is reported: false ones last a frame or two
-_KEPT_S = 2.0  # s, that a lost track is kept
-_MIN_INTERVAL_S = 1e-6  # s, between two frames: bounds velocities
 
 
 def link_positions(positions: np.ndarray, dots: np.ndarray, gate: float) -> np.ndarray:
@@ -83,19 +78,19 @@ class Linker:
         track, dot, position, spacing = self._linked(uv, stamp_s, size)
         unlinked = np.delete(before, track)
         unlinked['uv'], unlinked['velocity'] = np.delete(position, track, axis=0), 0
-        unlinked = unlinked[unlinked['known'] & (stamp_s - unlinked['seen_s'] <= _KEPT_S)]
+        unlinked = unlinked[unlinked['known'] & (stamp_s - unlinked['seen_s'] <= DOT.kept_s)]
         starts, new = not len(track) and not len(unlinked), np.delete(np.arange(len(uv)), dot)
         self.restarts += starts and len(before) > 0
         if len(unlinked) and len(new):  # a dot that may be that of an unlinked track is no other one
-            new = new[Neighbours(unlinked['uv']).query(uv[new])[0] > _MAX_NEW_DISTANCE * spacing]
+            new = new[Neighbours(unlinked['uv']).query(uv[new])[0] > DOT.max_new_distance * spacing]
         seen, fresh = before[track], np.zeros(len(new), _TRACK)
-        elapsed = np.maximum(stamp_s - seen['seen_s'], _MIN_INTERVAL_S)[:, None]
+        elapsed = np.maximum(stamp_s - seen['seen_s'], DOT.min_interval_s)[:, None]
         seen['velocity'] = (uv[dot] - seen['uv']) / elapsed
         fresh['id'], fresh['first'], fresh['since_s'] = self._next + np.arange(len(new)), uv[new], stamp_s
         self._next += len(new)
         seen, dot = np.concatenate([seen, fresh]), np.concatenate([dot, new])
         seen['uv'], seen['seen_s'] = uv[dot], stamp_s
-        seen['known'] |= (stamp_s - seen['since_s'] >= _CONFIRMED_S) | starts
+        seen['known'] |= (stamp_s - seen['since_s'] >= DOT.confirmed_s) | starts
         self._tracks = np.concatenate([seen, unlinked])
         id[good[dot]] = np.where(seen['known'], seen['id'], -1)
         return id
@@ -105,7 +100,7 @@ class Linker:
         tracks = self._tracks
         if len(tracks) < 2 or not len(uv):
             return np.zeros(0, int), np.zeros(0, int), tracks['uv'], 0.0
-        predicted = tracks['uv'] + np.minimum(stamp_s - tracks['seen_s'], _KEPT_S)[:, None] * tracks['velocity']
+        predicted = tracks['uv'] + np.minimum(stamp_s - tracks['seen_s'], DOT.kept_s)[:, None] * tracks['velocity']
         seen = tracks['seen_s'] == tracks['seen_s'].max()
         links = _core.dots.link_tracks(tracks['uv'], np.clip(predicted, -FARTHEST, FARTHEST), tracks['first'], seen, uv, size)
         track = np.flatnonzero(links.dot >= 0)
@@ -115,6 +110,6 @@ class Linker:
         right[together] = _core.dots.continuous(tracks['first'][track[together]], uv[dot[together]])
         self.lost += links.ambiguous + np.count_nonzero(~right)
         track, dot = track[right], dot[right]
-        if not len(track) or np.median(np.hypot(*(uv[dot] - tracks['uv'][track]).T)) > _MAX_COMMON_MOTION * links.spacing:
+        if not len(track) or np.median(np.hypot(*(uv[dot] - tracks['uv'][track]).T)) > DOT.max_common_motion * links.spacing:
             self.far += 1
         return track, dot, links.position if len(track) else tracks['uv'], links.spacing

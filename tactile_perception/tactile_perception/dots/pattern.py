@@ -9,33 +9,22 @@ import numpy as np
 from ..common.dots import Dots
 from ..common.neighbours import Neighbours
 from ..core.errors import BadArgument, BadFrame
+from .constants import DOT
 from .links import FARTHEST, link_positions
-
-MIN_DOTS, MAX_DOTS = 8, 3000  # dots of a pattern; more take minutes and gigabytes
-MODES = 40  # smooth modes besides the affine ones
-KERNEL_WIDTH = 3.0  # spacings, width of the Gaussian kernel of the displacement
-STIFFNESS = 1.0  # regularisation of the modes
-COARSE, MIDDLE, FINE, COOLING = 1.5, 0.7, 0.15, 0.82  # spacings, width of the mixture: starts and end; and its factor per step
-OUTLIERS = 0.1  # density of outliers over that of the pattern
-GATE = 0.45  # spacings, largest residual of a match: below half a spacing
-NEIGHBOURS = 8  # that predict a dot's position
-DISAGREE = 0.35  # spacings, largest deviation from that prediction
-LEAST_MATCHED = 0.75  # of the pattern, least matches of a certain result. Chosen
-NEARLY_ALL = 0.985  # of the pattern, matches at which no wider start is tried. Chosen
 
 
 class Pattern:
-    """Untouched positions uv (K, 2) px of a pattern's dots. Raises BadArgument for fewer than MIN_DOTS, more than MAX_DOTS, or
-    collinear ones."""
+    """Untouched positions uv (K, 2) px of a pattern's dots. Raises BadArgument for too few, too many, or collinear ones."""
 
     def __init__(self, uv: np.ndarray):
         uv = np.array(uv, np.float64)
-        if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < MIN_DOTS or not (np.abs(uv) < FARTHEST).all():
-            raise BadArgument(f'a pattern needs at least {MIN_DOTS} finite positions (K, 2), got shape {uv.shape}')
-        if len(uv) > MAX_DOTS:
-            raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, at most {MAX_DOTS}; give rows and columns of a grid')
+        if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < DOT.min_pattern or not (np.abs(uv) < FARTHEST).all():
+            raise BadArgument(f'a pattern needs at least {DOT.min_pattern} finite positions (K, 2), got shape {uv.shape}')
+        if len(uv) > DOT.max_pattern:
+            raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, at most {DOT.max_pattern}; give rows and columns of '
+                              'a grid')
         self.uv = uv
-        distance = Neighbours(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
+        distance = Neighbours(uv).query(uv, min(DOT.pattern_neighbours, len(uv) - 1) + 1)
         self.spacing = np.mean(distance[0][:, 1:4], axis=1)
         self._near = distance[1][:, 1:]
         self._unit = float(np.median(self.spacing))
@@ -49,15 +38,15 @@ class Pattern:
         uv = np.asarray(uv, np.float64).reshape(-1, 2)
         good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < FARTHEST)
         id = np.full(len(uv), -1)
-        if len(good) < LEAST_MATCHED * len(self.uv):
+        if len(good) < DOT.min_matched * len(self.uv):
             return id
         printed, dot = np.zeros((2, 0), np.int64)
         moved = self.uv + np.median(uv[good], axis=0) - np.median(self.uv, axis=0)
-        for start, width in ((self.uv, MIDDLE), (self.uv, COARSE), (moved, COARSE)):
+        for start, width in ((self.uv, DOT.middle_width), (self.uv, DOT.coarse_width), (moved, DOT.coarse_width)):
             printed, dot = max((printed, dot), self._from(start, width, uv[good]), key=lambda answer: len(answer[0]))
-            if len(printed) >= NEARLY_ALL * len(self.uv):
+            if len(printed) >= DOT.nearly_all_matched * len(self.uv):
                 break
-        if len(printed) >= LEAST_MATCHED * len(self.uv):
+        if len(printed) >= DOT.min_matched * len(self.uv):
             id[good[dot]] = printed
         return id
 
@@ -65,19 +54,19 @@ class Pattern:
         """Affine and smooth modes of displacement (K, 3 + M), and their regularisation (3 + M,)."""
         scaled = (self.uv - self._middle) / self._unit
         square = ((scaled[:, None] - scaled)**2).sum(axis=2)
-        size, modes = np.linalg.eigh(np.exp(-square / (2 * KERNEL_WIDTH**2)))
-        size, modes = size[::-1][:MODES], modes[:, ::-1][:, :MODES]
+        size, modes = np.linalg.eigh(np.exp(-square / (2 * DOT.kernel_width**2)))
+        size, modes = size[::-1][:DOT.modes], modes[:, ::-1][:, :DOT.modes]
         kept = size > 1e-6 * size[0]
         affine = np.column_stack([np.ones(len(scaled)), scaled])
-        return np.column_stack([affine, modes[:, kept] * np.sqrt(size[kept])]), np.r_[np.full(3, 1e-6), np.full(kept.sum(), STIFFNESS)]
+        return np.column_stack([affine, modes[:, kept] * np.sqrt(size[kept])]), np.r_[np.full(3, 1e-6), np.full(kept.sum(), DOT.stiffness)]
 
     def _from(self, start, width, uv) -> tuple[np.ndarray, np.ndarray]:
         """Matched indices of the pattern and of dots, from start (K, 2) px; width: spacings, of the first mixture."""
         warped = start
-        while width > FINE:
+        while width > DOT.fine_width:
             warped = self._step(start, warped, uv, width * self._unit)
-            width *= COOLING
-        printed, dot = link_positions(warped, uv, GATE * self._unit).T
+            width *= DOT.cooling
+        printed, dot = link_positions(warped, uv, DOT.match_gate * self._unit).T
         agrees = self._agreeing(printed, uv[dot])
         return printed[agrees], dot[agrees]
 
@@ -86,7 +75,7 @@ class Pattern:
         near = ((warped[:, None] - uv)**2).sum(axis=2)
         near *= -0.5 / width**2
         np.exp(near, out=near)
-        share = near / (near.sum(axis=0) + OUTLIERS * 2 * np.pi * (width / self._unit)**2)
+        share = near / (near.sum(axis=0) + DOT.outlier_density * 2 * np.pi * (width / self._unit)**2)
         mass = share.sum(axis=1)
         pull = share @ uv - mass[:, None] * start
         weighted = self._basis.T * mass
@@ -98,7 +87,7 @@ class Pattern:
         """(M,) bool: matches near the affine prediction of their neighbours."""
         moved = np.full_like(self.uv, np.nan)
         moved[printed] = uv
-        return (np.hypot(*(moved - _by_neighbours(self.uv, moved, self._near)).T) < DISAGREE * self._unit)[printed]
+        return (np.hypot(*(moved - _by_neighbours(self.uv, moved, self._near)).T) < DOT.max_disagreement * self._unit)[printed]
 
 
 def _by_neighbours(rest, moved, near):

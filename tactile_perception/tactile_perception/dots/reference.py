@@ -17,25 +17,8 @@ import numpy as np
 from .. import _core
 from ..common.neighbours import Neighbours
 from ..core.errors import BadArgument
+from .constants import DOT
 from .links import FARTHEST
-
-_CALIBRATED = 10  # untouched frames: weight of calibrated positions where the camera has not moved since: as the usual `frames`
-_MIN_DOTS = 30  # dots for a judgement
-_ROUNDS = 3  # of a robust fit
-_RIDGE = 1e-12  # of its normal equations, for collinear dots
-# With calibrated positions
-_NEIGHBOURS = 4
-_SHARED_PART, _SHARED_SIZE = 0.4, 0.1  # correlation of neighbours' residuals, and px, beyond which it is a press: slow sagging is less
-_KEPT = 80  # percent of the dots with the least residuals that a fit uses
-_STILLEST = 10  # percent of the dots, those that a press moves least
-_MAX_STILL_MOTION = 0.2  # pitches, their largest motion: a pressed dome leans as a whole
-_STAYED = 0.05  # px, median distance from the calibrated positions of a camera that has not moved: the noise is less
-# By the shape of the grid
-_DEGREE = 5  # of the polynomial in row and column: fits a lens and a dome, not a press
-_GRID_PART, _GRID_SIZE = 0.3, 0.01  # as _SHARED_PART: irregular prints have up to 0.25, presses from 0.35; pitches
-_GRID_KEPT = 85  # percent
-_VIEW_STEPS, _VIEW_STEP = 8, 0.3  # steps of the fit of the view, and the largest one, in half sizes of the grid
-_SLOPE, _VIEW_RANK = 1e-4, 1e-5  # differences of its numerical derivatives; a view without distortion shows no centre of it
 
 
 @dataclass(frozen=True)
@@ -59,17 +42,17 @@ class CalibratedRest:
         """Whether reference positions uv (N, 2) px (NaN: not seen) of dots id (N,) are untouched."""
         both = np.flatnonzero((id < len(self.uv)) & np.isfinite(uv).all(axis=1))
         both = both[np.isfinite(self.uv[id[both]]).all(axis=1)]
-        if len(both) < _MIN_DOTS:
+        if len(both) < DOT.min_judged:
             return RestJudgement()
         rest = self.uv[id[both]]
         off = uv[both] - rest
-        distance, index = (near[:, 1:] for near in Neighbours(rest).query(rest, _NEIGHBOURS + 1))
-        left = _robust_residual(_affine(rest), off, _KEPT)
+        distance, index = (near[:, 1:] for near in Neighbours(rest).query(rest, DOT.judged_neighbours + 1))
+        left = _robust_residual(_affine(rest), off, DOT.kept_percent)
         together, square = np.mean(left * np.mean(left[index], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))
-        if together <= _SHARED_PART * square or shared <= _SHARED_SIZE:
-            return RestJudgement(stayed=bool(np.median(np.hypot(*off.T)) <= _STAYED))
-        known = np.percentile(np.hypot(*off.T), _STILLEST) <= _MAX_STILL_MOTION * np.median(distance[:, 0])
+        if together <= DOT.press_correlation * square or shared <= DOT.press_size:
+            return RestJudgement(stayed=bool(np.median(np.hypot(*off.T)) <= DOT.max_stayed))
+        known = np.percentile(np.hypot(*off.T), DOT.stillest_percent) <= DOT.max_still_motion * np.median(distance[:, 0])
         seen = f'the first dots are off their calibrated untouched positions ({shared:.2f} px shared by neighbours)'
         if known:
             return RestJudgement(True, True, f'{seen}: the sensor was touched when the reference was taken. The calibrated positions are '
@@ -152,14 +135,14 @@ class Reference:
                 id, uv, frames = calibrated, self._known.uv[calibrated], np.zeros(len(calibrated), np.int64)
             elif judgement.stayed:
                 at = np.isin(id, calibrated)
-                uv, frames[at] = uv.copy(), _CALIBRATED
+                uv, frames[at] = uv.copy(), DOT.calibrated_frames
                 uv[at] = self._known.uv[id[at]]
         self._kernel.take(id, uv, frames)
 
 
 def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
     """Why dots id (N,) at uv (N, 2) px on a grid with that many columns may be touched; empty if nothing suggests it."""
-    if len(id) < _MIN_DOTS:
+    if len(id) < DOT.min_judged:
         return ''
     row, column = np.divmod(id, columns)
     positions = np.full((np.ptp(row) + 1, np.ptp(column) + 1, 2), np.nan)  # from the first to the last row and column seen
@@ -177,10 +160,10 @@ def _ranked(values: np.ndarray, rank: float) -> float:
 
 def _unlike(positions, pitch) -> str:
     """Why a grid at positions (rows, columns, 2) px may be touched; empty where it is smooth and, up to a tilt, point symmetric."""
-    mirrored, degree = (positions + positions[::-1, ::-1]) / 2, max(1, min(_DEGREE, min(positions.shape[:2]) - 3))
+    mirrored, degree = (positions + positions[::-1, ::-1]) / 2, max(1, min(DOT.grid_degree, min(positions.shape[:2]) - 3))
     for name, grid, most, even in (('is not symmetric', mirrored, 2, True), ('has a dent or a bulge', positions, degree, False)):
         size, part = _shared(_grid_residual(grid, most, even))
-        if part > _GRID_PART and size > _GRID_SIZE * pitch:
+        if part > DOT.grid_correlation and size > DOT.grid_size * pitch:
             return (f'the grid of dots {name} ({size:.2f} px shared by neighbours): it may have been touched when the reference was taken. '
                     'Release it, then call set_reference')
     return ''
@@ -194,13 +177,13 @@ def _affine(uv) -> np.ndarray:
 def _robust_residual(basis, values, kept_percent) -> np.ndarray:
     """Residuals (N, 2) of values (N, 2) after a least-squares fit of basis (N, K) to those with the least ones."""
     used, wanted, left = basis, values, None
-    for _ in range(_ROUNDS):
+    for _ in range(DOT.fit_rounds):
         if left is not None:
             square = np.einsum('nk,nk->n', left, left)
             kept = square <= _ranked(square, kept_percent / 100 * (len(square) - 1))
             used, wanted = basis.compress(kept, axis=0), values.compress(kept, axis=0)
         normal = used.T @ used  # normal equations take a fifth of the time of lstsq
-        normal.flat[::len(normal) + 1] += _RIDGE * normal.trace()
+        normal.flat[::len(normal) + 1] += DOT.ridge * normal.trace()
         left = values - basis @ np.linalg.solve(normal, used.T @ wanted)
     return left
 
@@ -222,15 +205,16 @@ def _view(positions) -> np.ndarray:
         away = flat - affine[2] / scale - values[8:10]
         return (flat + values[10] * (away**2).sum(axis=1, keepdims=True) * away) * scale
     values = np.r_[affine.ravel() / scale, np.zeros(5)]
-    for _ in range(_VIEW_STEPS):
+    for _ in range(DOT.view_steps):
         now = seen(values)
-        slope = np.stack([(seen(values + change) - now) / _SLOPE for change in _SLOPE * np.eye(len(values))], axis=2)
+        slope = np.stack([(seen(values + change) - now) / DOT.view_difference
+                          for change in DOT.view_difference * np.eye(len(values))], axis=2)
         residual = target - now
         square = (residual[known]**2).sum(axis=1)
-        kept = np.flatnonzero(known)[square <= _ranked(square, _GRID_KEPT / 100 * (len(square) - 1))]
+        kept = np.flatnonzero(known)[square <= _ranked(square, DOT.grid_kept_percent / 100 * (len(square) - 1))]
         slopes = slope[kept].reshape(-1, len(values))  # normal equations take a tenth of the time
-        change = np.linalg.lstsq(slopes.T @ slopes, slopes.T @ residual[kept].ravel(), rcond=_VIEW_RANK**2)[0]
-        values += np.clip(change, -_VIEW_STEP, _VIEW_STEP)
+        change = np.linalg.lstsq(slopes.T @ slopes, slopes.T @ residual[kept].ravel(), rcond=DOT.view_rank**2)[0]
+        values += np.clip(change, -DOT.max_view_step, DOT.max_view_step)
     return seen(values).reshape(positions.shape)
 
 
@@ -241,7 +225,7 @@ def _grid_residual(positions, degree, even) -> np.ndarray:
     y, x = (2 * k / max(n - 1, 1) - 1 for k, n in zip((row, column), positions.shape))
     terms = [x**i * y**j for i in range(degree + 1) for j in range(degree + 1 - i) if not even or (i + j) % 2 == 0]
     if len(row) >= 2 * len(terms):
-        residual[row, column] = _robust_residual(np.stack(terms, axis=1), positions[row, column], _GRID_KEPT)
+        residual[row, column] = _robust_residual(np.stack(terms, axis=1), positions[row, column], DOT.grid_kept_percent)
     return residual
 
 

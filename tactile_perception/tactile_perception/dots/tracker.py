@@ -108,9 +108,9 @@ class DotTracker:
     """Tracks the dots of one camera frame by frame.
 
     detector: replaces the one that the options name; reference: Reference() by default; as_tracks: a Reference of dots that are reported as
-    tracks while their positions on the grid are not certain, None to refuse such frames; positions: 3D positions of the dots, an object with
-    locate(image, tracks, stamp_s) -> (N, 3) m in the sensor frame, NaN: unknown, warning, why there are none, '', and reset(), which drops
-    what depends on the reference; seam: px, column of an image stitched from two cameras beyond which the right one sees. Raises
+    tracks while their positions on the grid are not certain, None to refuse such frames; positions: 3D positions of the dots, an object
+    with locate(image, tracks, stamp_s) -> (N, 3) m in the sensor frame, NaN: unknown, warning, why there are none, '', and reset(), which
+    drops what depends on the reference; seam: px, column of an image stitched from two cameras beyond which the right one sees. Raises
     BadArgument for unknown names and bad sizes.
 
     unnumbered: why the dots of the last frame have no numbers, and what would help; ''.
@@ -234,13 +234,13 @@ class DotTracker:
         their neighbours have."""
         seen = np.argsort(id)[np.count_nonzero(id < 0):]
         id, uv, sigma = id[seen], dots.uv.take(seen, axis=0), dots.sigma[seen]
-        duv = reference.update(id, uv, sigma, stamp_s, grid[1], touched)
-        kept = np.ones(len(id), bool)
-        if self._auto:
-            known = np.isfinite(duv[:, 0])
-            kept[known] = _core.dots.continuous((uv - duv)[known], uv[known])
-            self.links.lost += np.count_nonzero(~kept)
-        return DotTracks(*grid, id[kept], uv[kept], dots.area[seen][kept], sigma[kept], duv[kept])
+        tracks = DotTracks(*grid, id, uv, dots.area[seen], sigma, reference.update(id, uv, sigma, stamp_s, grid[1], touched))
+        if not self._auto:
+            return tracks
+        kept, known = np.ones(len(id), bool), np.isfinite(tracks.duv[:, 0])
+        kept[known] = _core.dots.continuous(tracks.rest_uv[known], uv[known])
+        self.links.lost += np.count_nonzero(~kept)
+        return tracks.take(kept)
 
     def _check(self, image: np.ndarray, stamp_s: float) -> None:
         if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3) or not image.size:

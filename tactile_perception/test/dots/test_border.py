@@ -10,6 +10,7 @@ from tactile_perception.dots.appearance import Appearance
 from tactile_perception.dots.fit import DiscModel
 
 UV = 20.0 * np.argwhere(np.ones((6, 7)))[:, ::-1] + 10
+COLOUR = np.random.default_rng(1).integers(0, 256, (20, 30, 3), dtype=np.uint8)
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
 TRACKS = {'last': UV, 'predicted': UV + 1.0, 'first': UV - 3.0, 'seen': np.ones(len(UV), bool), 'dots': UV + 0.8}
 SEEN = {'id': np.arange(len(UV)), 'uv': UV + 0.3 * np.sin(UV), 'sigma': np.full(len(UV), 0.02)}
@@ -43,6 +44,7 @@ def call_reference(**arrays):
 #: What is called, how it is called here, and an example of each of its arrays.
 CALLS = {
     'DotFinder': (call_finder, {'image': IMAGE, **TABLES}),
+    'extract_channel': (lambda image=COLOUR: [dots.extract_channel(image, 1)], {'image': COLOUR}),
     'BlobFinder': (lambda image=IMAGE: arrays_of(dots.BlobFinder(1, 2, 9, 4.0, 30.0).find(image), 'uv', 'area', 'sigma'), {'image': IMAGE}),
     'link_tracks': (lambda **arrays: arrays_of(dots.link_tracks(**TRACKS | arrays, size=(300.0, 200.0)), 'dot', 'position'), TRACKS),
     'GridNumbering': (lambda uv=UV: arrays_of(dots.GridNumbering(6, 7).number(uv), 'id', 'reason'), {'uv': UV}),
