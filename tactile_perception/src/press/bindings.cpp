@@ -42,7 +42,7 @@ void bind_markers(py::module_& module) {
     def(view, "back_project", "x, y, m, of the plane at pixels (N, 3), and m^2 a pixel there; NaN: nowhere.", {"uv (N, 2)"},
         &MarkerView::back_project);
     record<RestRule>(module, "RestRule", "Which markers are untouched: src/press/marker_field.hpp.", {"[1e-12, 1e12]"});
-    auto rest = class_of<RestMarkers>(module, "RestMarkers", "Untouched markers, followed from frame to frame: src/press/marker_field.hpp.");
+    auto rest = class_of<RestMarkers>(module, "RestMarkers", "Untouched markers from frame to frame: src/press/marker_field.hpp.");
     init(rest, {"count [0, 1000000]", "rule"}, [](std::ptrdiff_t count, const RestRule& rule) { return RestMarkers(count, rule); });
     def(rest, "follow", "Take the dots of a frame.", {"id (N)", "uv (N, 2)", "duv (N, 2)", "area (N)", "stamp_s"},
         [](RestMarkers& one, const Numbers& id, const Rows2& uv, const Rows2& duv, const Eigen::VectorXd& area, double stamp_s) {

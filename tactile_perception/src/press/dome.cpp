@@ -11,11 +11,15 @@
 namespace tactile {
 namespace {
 
-constexpr double MAX_SPREADS = 1.2;         // to which the logs of radius and friction are clamped
-constexpr int MAX_TERMS = 16;               // of the polynomials
-constexpr int MAX_HARMONICS = 100;          // of the mesh's harmonics
-constexpr double MAX_SINE = 0.99;           // of the angle from the axis to a press, which is clamped to it
-constexpr double MIN_AXIS_DISTANCE = 1e-9;  // m
+constexpr int MAX_TERMS = 16;       // of the polynomials
+constexpr int MAX_HARMONICS = 100;  // of the mesh's harmonics
+
+// Each constant with its unit, origin and meaning.
+constexpr struct DomeLimits {
+    double max_spreads = 1.2;         // 1, limit: to which the logs of radius and friction are clamped
+    double max_sine = 0.99;           // 1, limit: of the angle from the axis to a press, which is clamped to it
+    double min_axis_distance = 1e-9;  // m, numeric: of a press, below which the direction of its meridian is no divisor
+} LIMITS;
 
 using Complex = std::complex<double>;
 
@@ -66,8 +70,9 @@ struct Meridian {
 
 Meridian meridian_of(const DomeLibrary& library, const double* press) {
     const double away = std::hypot(press[X], press[Y]);
-    const double radius = library.radius * std::exp(library.radius_spread * std::clamp(press[RADIUS], -MAX_SPREADS, MAX_SPREADS));
-    const double reach = library.curvature + radius, angle = std::asin(std::min(away / reach, MAX_SINE));
+    const double spreads = std::clamp(press[RADIUS], -LIMITS.max_spreads, LIMITS.max_spreads);
+    const double radius = library.radius * std::exp(library.radius_spread * spreads);
+    const double reach = library.curvature + radius, angle = std::asin(std::min(away / reach, LIMITS.max_sine));
     const double shift = std::tan(angle / 2) / library.disc_scale, half = std::cos(angle / 2);
     // Derivative of the shift by the sine of the angle.
     const double by_sine = shift < library.reach ? 1 / (2 * half * half * library.disc_scale * std::cos(angle)) : 0;
@@ -95,8 +100,8 @@ struct Fields {
         int first;
         depths_ = depth_basis(library, press[DEPTH], first);
         shifts_ = shift_basis(library, meridian.shift);
-        radii_ = powers(std::clamp(press[RADIUS], -MAX_SPREADS, MAX_SPREADS), library.radii);
-        const Basis<MAX_TERMS> rough = powers(std::clamp(press[FRICTION], -MAX_SPREADS, MAX_SPREADS), library.straight);
+        radii_ = powers(std::clamp(press[RADIUS], -LIMITS.max_spreads, LIMITS.max_spreads), library.radii);
+        const Basis<MAX_TERMS> rough = powers(std::clamp(press[FRICTION], -LIMITS.max_spreads, LIMITS.max_spreads), library.straight);
         const int block = library.order * library.radii;
         FieldRows of_even = FieldRows::Zero(4 * (library.straight + DRAGS) * block, LANES);  // weights of the tables' rows at four levels
         FieldRows of_odd = FieldRows::Zero(4 * DRAGS * block, LANES);
@@ -210,7 +215,7 @@ TACTILE_INLINE void chain(const Meridian& meridian, const Spot& spot, const AtSp
     const double by_shift = at.field[BY_SHIFT] + at.by_far * spot.far_by_shift + at.by_turn * spot.turn_by_shift;
     const double by_meridian =
         at.by_far * spot.far_by_meridian + at.by_turn * spot.turn_by_meridian + at.along * meridian.across - at.across * meridian.along;
-    const double away = std::max(meridian.away, MIN_AXIS_DISTANCE);
+    const double away = std::max(meridian.away, LIMITS.min_axis_distance);
     slopes[X] = by_shift * meridian.by_away * meridian.cosine - by_meridian * meridian.sine / away;
     slopes[Y] = by_shift * meridian.by_away * meridian.sine + by_meridian * meridian.cosine / away;
     slopes[DEPTH] = at.field[BY_DEPTH];
@@ -228,7 +233,7 @@ TACTILE_WIDE Eigen::MatrixXd press_dome(const DomeLibrary& library, const Points
     const Fields fields(library, press.data(), meridian);
     const Eigen::Index count = points.rows();
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> slopes = Eigen::MatrixXd::Zero(count, 3 * PRESS);
-    const double away = std::max(meridian.away, MIN_AXIS_DISTANCE),
+    const double away = std::max(meridian.away, LIMITS.min_axis_distance),
                  turn[2] = {-meridian.sine / away, meridian.cosine / away};  // of the meridian, by the position
     Spot spot;
     for (Eigen::Index k = 0; k < count; ++k) {

@@ -55,8 +55,8 @@ struct DomeMarkers {
 };
 
 /// Standard deviations of displacements per axis: still, m, of an untouched marker; share: model error over a marker's displacement; top:
-/// over the largest displacement. alike: factor on the model error, because errors of neighbouring markers are similar. not_linear: error of
-/// a marker's displacement over that by a drag, which is linearised. longest: step of each parameter of a press.
+/// over the largest displacement. alike: factor on the model error, because errors of neighbouring markers are similar. not_linear: error
+/// of a marker's displacement over that by a drag, which is linearised. longest: step of each parameter of a press.
 struct DomeErrors {
     double still = 0, share = 0, top = 0, alike = 1, not_linear = 0;
     Eigen::Matrix<double, PRESS, 1> longest = Eigen::Matrix<double, PRESS, 1>::Zero();

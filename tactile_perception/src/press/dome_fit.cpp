@@ -9,15 +9,18 @@
 namespace tactile {
 namespace {
 
-constexpr int MAX_STEPS = 14;               // including trials
-constexpr double SETTLED_STEP = 0.1;        // of the maximum step, over which fields are linear
-constexpr double SETTLED_GAIN = 1e-3;       // of the cost; a step that gains less is the last
-constexpr double MIN_HEIGHT = 0.1;          // of a point over the camera's centre, as a share of its undeformed height
-constexpr double FIRST_DAMPING = 1e-3;      // over the normal equations' diagonal
-constexpr double MIN_DEPTH = 1e-5;          // m
-constexpr double MAX_DRAG = 2;              // over the depth
-constexpr double FREE = 1e-6;               // weight of a number without a prior
-constexpr double MIN_AXIS_DISTANCE = 2e-5;  // m, of a press from the axis, on which the meridian is undefined
+// Each constant with its unit, origin and meaning.
+constexpr struct DomeFitConstants {
+    int max_steps = 14;               // 1, numeric: of the fit, including trials
+    double settled_step = 0.1;        // 1, numeric: of the maximum step, over which fields are linear; a shorter step is the last
+    double settled_gain = 1e-3;       // 1, numeric: of the cost; a step that gains less is the last
+    double first_damping = 1e-3;      // 1, numeric: over the diagonal of the normal equations
+    double min_height = 0.1;          // 1, limit: of a point over the camera's centre, as a share of its undeformed height
+    double min_depth = 1e-5;          // m, limit: of a press, far below the noise
+    double max_drag = 2;              // 1, limit: displacement over the depth
+    double free = 1e-6;               // 1, numeric: weight of a number without a prior
+    double min_axis_distance = 2e-5;  // m, numeric: of a press from the axis, on which the meridian is undefined
+} FIT;
 
 constexpr int MAX_STATE = MAX_DOME_PRESSES * PRESS;
 using State = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, MAX_STATE, 1>;
@@ -28,7 +31,7 @@ struct DomeEquations : NormalEquations<Eigen::Dynamic, MAX_STATE> {
     using NormalEquations::NormalEquations;
 };
 
-// The measurements of a frame: weights (K) of its displacements, 0 for hidden markers, and the variances (K), m^2, of noise and model error.
+// The measurements of a frame: weights (K) of its displacements, 0 for hidden markers, and variances (K), m^2, of noise and model error.
 // The outer products of the columns shared (K, M), of errors common to the markers, are subtracted from the weight matrix of each axis
 // (Woodbury 1950), whose inverse then includes the error of a sum of two fields.
 struct DomeFrame {
@@ -69,8 +72,8 @@ class DomeProblem {
     DomeEquations linearise(State presses) const {
         const Eigen::Index count = markers_.points.rows();
         for (Eigen::Index p = 0; p < presses.size(); p += PRESS)
-            if (std::hypot(presses[p + X], presses[p + Y]) < MIN_AXIS_DISTANCE)
-                presses[p + X] = std::copysign(MIN_AXIS_DISTANCE, presses[p + X]);
+            if (std::hypot(presses[p + X], presses[p + Y]) < FIT.min_axis_distance)
+                presses[p + X] = std::copysign(FIT.min_axis_distance, presses[p + X]);
         DomeEquations found(presses);
         found.residual.setZero(count, 2);
         for (auto& slopes : found.slopes) slopes.setZero(count, presses.size());
@@ -91,7 +94,7 @@ class DomeProblem {
     }
 
     bool is_settled(const DomeEquations& at, const State& step, double gain) const {
-        return step.cwiseAbs().cwiseQuotient(bounds_.longest).maxCoeff() < SETTLED_STEP || gain < SETTLED_GAIN * at.cost;
+        return step.cwiseAbs().cwiseQuotient(bounds_.longest).maxCoeff() < FIT.settled_step || gain < FIT.settled_gain * at.cost;
     }
 
  private:
@@ -99,7 +102,7 @@ class DomeProblem {
     void appear(Eigen::Index k, const Eigen::RowVector3d& moved, const Eigen::MatrixXd& by, DomeEquations& found) const {
         const Eigen::RowVector3d still = markers_.points.row(k) - markers_.camera_centres.row(k);
         const double plane = markers_.plane_z - markers_.camera_centres(k, 2),
-                     height = std::max(still[2] + moved[2], MIN_HEIGHT * still[2]);
+                     height = std::max(still[2] + moved[2], FIT.min_height * still[2]);
         for (int axis = 0; axis < 2; ++axis) {
             const double offset = (still[axis] + moved[axis]) / height;
             const double residual = frame_.shift(k, axis) - (offset - still[axis] / still[2]) * plane;
@@ -125,16 +128,16 @@ DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const D
     const DomeFrame frame(markers, errors, prior.together, shift);
     const auto inverse_square = [](double sigma) { return 1 / (sigma * sigma); };
     Numbers lowest, highest, mean = Numbers::Zero(), weight;
-    lowest << -library.reach, -library.reach, std::log(MIN_DEPTH), -1, -1, -MAX_DRAG, -MAX_DRAG;
-    highest << library.reach, library.reach, std::log(library.depth), 1, 0, MAX_DRAG, MAX_DRAG;
+    lowest << -library.reach, -library.reach, std::log(FIT.min_depth), -1, -1, -FIT.max_drag, -FIT.max_drag;
+    highest << library.reach, library.reach, std::log(library.depth), 1, 0, FIT.max_drag, FIT.max_drag;
     mean[RADIUS] = prior.tip;
-    weight << FREE, FREE, FREE, inverse_square(prior.tip_sigma), inverse_square(prior.friction), inverse_square(prior.drag),
+    weight << FIT.free, FIT.free, FIT.free, inverse_square(prior.tip_sigma), inverse_square(prior.friction), inverse_square(prior.drag),
         inverse_square(prior.drag);
     DomeProblem problem(library, markers, frame,
                         {lowest.replicate(count, 1), highest.replicate(count, 1), errors.longest.replicate(count, 1)});
     problem.mean = mean.replicate(count, 1), problem.weight = weight.replicate(count, 1);
     const State start = State::Map(starts.data(), starts.size()).cwiseMax(problem.bounds->lowest).cwiseMin(problem.bounds->highest);
-    auto [at, last] = minimise(problem, start, MAX_STEPS, FIRST_DAMPING);
+    auto [at, last] = minimise(problem, start, FIT.max_steps, FIT.first_damping);
     for (int axis = 0; axis < 2; ++axis) at.residual.col(axis) -= at.slopes[axis] * last;
     const State state = at.state + last;
 

@@ -29,7 +29,7 @@ struct MarkerSurface {
     /// Positions (K, 3), m, of markers that appear at rest (K, 2), m, in the viewing plane, seen from the camera centres (K, 3), m; NaN
     /// where unknown.
     Rows3 rest_points(const Rows2& rest, const Rows3& camera_centre) const;
-    /// Positions (K, 3), m, of those markers, on their rays, when they appear displaced by shift (K, 2), m, and are raised by so much (K), m.
+    /// Positions (K, 3), m, of those markers, on their rays, that appear displaced by shift (K, 2), m, and are raised by so much (K), m.
     Rows3 raised_points(const Rows2& rest, const Rows2& shift, const Rows3& camera_centre, const Eigen::VectorXd& raised) const;
 };
 

@@ -208,18 +208,23 @@ class Scene {
 
 // ---- The fit.
 
-// A growth's standard deviation over displacement or depth is in 1/m.
-constexpr int MAX_STEPS = 7;
-constexpr double SETTLED = 0.3;  // sigmas; a smaller step is not taken
-constexpr double LONGEST_STEP[PRESS_SIZE] = {5e-3, 5e-3, 4e-3, 0.3, 0.4, 0.4};
-constexpr double MIN_DEPTH = 1e-5, MAX_DRAG = 1.5;             // m; tangential over normal force
-constexpr double DRAG_SIGMA = 0.5;                             // prior of the drag, of the order of a coefficient of friction
-constexpr double INTERACTION = 0.1, INTERACTION_SIGMA = 0.15;  // prior of the factor of interaction, and its range
-constexpr double MIN_INTERACTION = -0.6, MAX_INTERACTION = 0.9;
-constexpr double LATENESS_SIGMA = 0.3, MAX_LATENESS = 1.0;  // of a second camera, in motions: prior and range
-constexpr Huber KERNEL{3.0};                                // sigmas
-constexpr double DRAG_DOUBT = 8.0;                          // increase of the relative model error with a drag of 1
-const Vector3d BETWEEN(0.02, 0.02, 2.0);                    // error of the interaction over the lesser of two displacements
+// Each constant with its unit, origin and meaning. A growth's standard deviation over displacement or depth is in 1/m.
+constexpr struct SheetFitConstants {
+    int max_steps = 7;                          // 1, numeric: steps of the fit
+    double settled = 0.3;                       // sigma, numeric: a smaller step is not taken
+    double longest_step[PRESS_SIZE] = {5e-3, 5e-3, 4e-3, 0.3, 0.4, 0.4};  // m and 1, numeric: of each parameter
+    double min_depth = 1e-5;                    // m, limit: of a press, far below the noise
+    double max_drag = 1.5;                      // 1, limit: tangential over normal force; above that of rubber
+    double drag_sigma = 0.5;                    // 1, prior: of the drag, of the order of a coefficient of friction
+    double interaction = 0.1;                   // 1, prior: mean of the factor of interaction
+    double interaction_sigma = 0.15;            // 1, prior: its standard deviation
+    double interaction_range[2] = {-0.6, 0.9};  // 1, limit: of that factor
+    double lateness_sigma = 0.3;                // motions, prior: of a second camera
+    double max_lateness = 1;                    // motions, limit: of a second camera, one frame
+    Huber kernel{3};                            // sigma, measured: residuals beyond it are of few markers
+    double drag_doubt = 8;                      // 1, measured: increase of the relative model error with a drag of 1
+    double between[3] = {0.02, 0.02, 2};        // 1, 1 and 1/m, measured: error of the interaction over the lesser of two displacements
+} FIT;
 
 // Inverse standard deviations of a marker's shift and growth. doubt: factor on the model error over displacement; between: m^2, the lesser
 // squared displacement of two presses.
@@ -227,7 +232,7 @@ Vector3d precision(const MarkerNoise& noise, double depth, double doubt, const S
     const Vector3d own(noise.shift, noise.shift, noise.growth), share(noise.share_shift, noise.share_shift, noise.share_growth);
     const Vector3d all(noise.depth_shift, noise.depth_shift, noise.depth_growth);
     return (own.cwiseAbs2() + (depth * all).cwiseAbs2() + (doubt * share).cwiseAbs2() * shape.col(0).squaredNorm() +
-            BETWEEN.cwiseAbs2() * between)
+            Vector3d::Map(FIT.between).cwiseAbs2() * between)
         .cwiseSqrt()
         .cwiseInverse();
 }
@@ -245,16 +250,17 @@ class SheetProblem {
     SheetProblem(const SheetTable& table, const SheetMarkers& markers, const SheetFrame& frame, const MarkerNoise& noise,
                  const SheetPrior& prior, const Rows6& start)
         : frame_(frame), noise_(noise), count_(static_cast<int>(start.rows())), scene_(table, markers, count_, prior.drags) {
-        const double range[PRESS_SIZE] = {table.reach[0], table.reach[1], table.depth, table.spread, MAX_DRAG, MAX_DRAG};
+        const double range[PRESS_SIZE] = {table.reach[0], table.reach[1], table.depth, table.spread, FIT.max_drag, FIT.max_drag};
         for (int k = 0; k < count_ * PRESS_SIZE; ++k) {
             const int which = k % PRESS_SIZE;
             if (which > 3 && !prior.drags) continue;
-            const double end = range[which] * (1 - 1e-6), sigma = which == 3 ? prior.sigma : which > 3 ? DRAG_SIGMA : INFINITY;
-            add(k, {start(k / PRESS_SIZE, which), which == 3 ? prior.log_radius : 0.0, sigma, which == 2 ? MIN_DEPTH : -end, end,
-                    LONGEST_STEP[which]});
+            const double end = range[which] * (1 - 1e-6), sigma = which == 3 ? prior.sigma : which > 3 ? FIT.drag_sigma : INFINITY;
+            add(k, {start(k / PRESS_SIZE, which), which == 3 ? prior.log_radius : 0.0, sigma, which == 2 ? FIT.min_depth : -end, end,
+                    FIT.longest_step[which]});
         }
-        if (count_ > 1) add(mixed(), {INTERACTION, INTERACTION, INTERACTION_SIGMA, MIN_INTERACTION, MAX_INTERACTION, 1.0});
-        if ((frame.motion.array() != 0).any()) add(late(), {0, 0, LATENESS_SIGMA, -MAX_LATENESS, MAX_LATENESS, 1.0});
+        const auto [lowest, highest] = FIT.interaction_range;
+        if (count_ > 1) add(mixed(), {FIT.interaction, FIT.interaction, FIT.interaction_sigma, lowest, highest, 1.0});
+        if ((frame.motion.array() != 0).any()) add(late(), {0, 0, FIT.lateness_sigma, -FIT.max_lateness, FIT.max_lateness, 1.0});
         // A straight press that explains a drag by a radius at the end of its range must not explain it well: then the drag is tried.
         bounds_.cut = true;
         rows_.resize(3 * frame.value.rows(), start_.size());
@@ -270,7 +276,7 @@ class SheetProblem {
         double deepest = 0, doubt = 1, squares = 0, doubted = 0;
         for (int press = 0; press < count_; ++press) {
             const auto one = state.segment<PRESS_SIZE>(press * PRESS_SIZE);
-            deepest = std::max(deepest, one[2]), doubt = std::max(doubt, 1 + DRAG_DOUBT * std::hypot(one[4], one[5]));
+            deepest = std::max(deepest, one[2]), doubt = std::max(doubt, 1 + FIT.drag_doubt * std::hypot(one[4], one[5]));
         }
         scene_.set(state);
         Eigen::Index row = 0;
@@ -286,8 +292,8 @@ class SheetProblem {
             for (int q = 0; q < 3; ++q) {
                 const double sigmas = weight[q] * residual[q], share = plain[q] / weight[q];  // share: by the doubt of drags
                 if (!std::isfinite(sigmas)) continue;
-                squares += KERNEL.cost(share * sigmas), doubted += share * share;
-                residuals_[row] = residual[q], weights_[row] = KERNEL.weight(sigmas) * weight[q] * weight[q];
+                squares += FIT.kernel.cost(share * sigmas), doubted += share * share;
+                residuals_[row] = residual[q], weights_[row] = FIT.kernel.weight(sigmas) * weight[q] * weight[q];
                 for (Eigen::Index k = 0; k < at.size(); ++k) rows_(row, k) = free_[k] == late() ? motion[q] : slopes(q, free_[k]);
                 ++row;
             }
@@ -302,7 +308,7 @@ class SheetProblem {
 
     // By the scatter that the residuals show, not by less.
     bool is_settled(const SheetEquations& at, const Vector&, double gain) const {
-        return !(gain >= SETTLED * SETTLED * std::max(at.misfit, 1.0));
+        return !(gain >= FIT.settled * FIT.settled * std::max(at.misfit, 1.0));
     }
 
     SheetFit fit(const SheetEquations& at) const {
@@ -363,7 +369,7 @@ class SheetProblem {
 SheetFit fit_presses(const SheetTable& table, const SheetMarkers& markers, const SheetFrame& frame, const MarkerNoise& noise,
                      const SheetPrior& prior, const Rows6& start) {
     SheetProblem problem(table, markers, frame, noise, prior, start);
-    return problem.fit(minimise(problem, problem.start(), MAX_STEPS).at);
+    return problem.fit(minimise(problem, problem.start(), FIT.max_steps).at);
 }
 
 ShownMarkers show_presses(const SheetTable& table, const SheetMarkers& markers, const Rows6& presses, double interaction) {

@@ -16,21 +16,27 @@
 namespace tactile {
 namespace {
 
-constexpr double CONTACT_STIFFNESS = 4e7;                        // 1/m^3, penalty of contact: penetration is a few micrometres
-constexpr double STICK_STIFFNESS = 4e7;                          // 1/m^3, penalty of sticking friction
-constexpr double CONTACT_HALF_WIDTH = 10e-6;                     // m, of the transition into contact, which smooths the penalty
-constexpr int MAX_STEPS = 40;                                    // Newton steps before the load step is halved
-constexpr int MAX_HALVINGS = 6;                                  // of a load step
-constexpr int MAX_SLIDING_STEPS = 14, MAX_SLIDING_HALVINGS = 3;  // the same of a tip that slides; if it takes more, the sheet has wrinkled
-constexpr int FULL_STEPS = 9;           // first Newton steps in full length; later ones are halved, which ends cycles of stick and slip
-constexpr double MAX_STEP = 1.5e-3;     // m, of Newton's method
-constexpr double WRINKLE_STEP = 4e-3;   // m; after a larger Newton step of a tip that slides, the sheet has wrinkled
-constexpr double MAX_LAST_STEP = 1e-6;  // m; a smaller Newton step is the last: far below the noise of a marker
-// After a Newton step of less than REUSE_STEP, m, the next ones reuse its derivatives, among the first REUSE_ROUNDS (later ones may cycle),
-// while each is at most REUSE_SHRINKAGE times the one before. Then one of less than MAX_LAST_STEP_REUSED, m, is the last: the force is as
-// exact.
-constexpr double REUSE_STEP = 5e-5, REUSE_SHRINKAGE = 0.2, MAX_LAST_STEP_REUSED = 2e-8;
-constexpr int REUSE_ROUNDS = 6;
+// Each constant with its unit, origin and meaning.
+constexpr struct MembraneConstants {
+    double contact_stiffness = 4e7;      // 1/m^3, numeric: penalty of contact; penetration is a few micrometres
+    double stick_stiffness = 4e7;        // 1/m^3, numeric: penalty of sticking friction
+    double contact_half_width = 10e-6;   // m, numeric: of the transition into contact, which smooths the penalty
+    int max_steps = 40;                  // 1, numeric: Newton steps before the load step is halved
+    int max_halvings = 6;                // 1, numeric: of a load step
+    int max_sliding_steps = 14;          // 1, limit: Newton steps of a tip that slides; if it takes more, the sheet has wrinkled
+    int max_sliding_halvings = 3;        // 1, limit: the same of a load step
+    int full_steps = 9;                  // 1, numeric: first Newton steps in full length; halving later ones ends cycles of stick and slip
+    double max_step = 1.5e-3;            // m, numeric: of Newton's method
+    double wrinkle_step = 4e-3;          // m, limit: after a larger Newton step of a tip that slides, the sheet has wrinkled
+    double max_last_step = 1e-6;         // m, numeric: a smaller Newton step is the last: far below the noise of a marker
+    // After a Newton step of less than reuse_step the next ones reuse its derivatives, among the first reuse_rounds (later ones may cycle),
+    // while each is at most reuse_shrinkage times the one before. Then one of less than max_last_step_reused is the last: the force is as
+    // exact.
+    double reuse_step = 5e-5;            // m, numeric
+    double reuse_shrinkage = 0.2;        // 1, numeric
+    double max_last_step_reused = 2e-8;  // m, numeric
+    int reuse_rounds = 6;                // 1, numeric
+} MEMBRANE;
 
 constexpr int POINTS = 4, SPLINES = 9;
 
@@ -80,13 +86,14 @@ void hold(const SheetLoad& load, const Grip& grip, const Vector& offset, const V
     Vector slid = grip.on ? Vector(offset - grip.anchor) : Vector::Zero();
     slid -= slid.dot(normal) * normal;
     const double amount = slid.norm(), limit = load.friction * touch.pressure;
-    const bool slips = STICK_STIFFNESS * amount > limit;
-    const double part = slips ? limit / (STICK_STIFFNESS * amount) : 1.0;
-    touch.force += STICK_STIFFNESS * part * slid;
+    const bool slips = MEMBRANE.stick_stiffness * amount > limit;
+    const double part = slips ? limit / (MEMBRANE.stick_stiffness * amount) : 1.0;
+    touch.force += MEMBRANE.stick_stiffness * part * slid;
     touch.grip.anchor = offset - part * slid;
-    if (grip.on) touch.tangent += STICK_STIFFNESS * part * (Matrix::Identity() - normal * normal.transpose());
+    if (grip.on) touch.tangent += MEMBRANE.stick_stiffness * part * (Matrix::Identity() - normal * normal.transpose());
     const Vector along = slid / std::max(amount, 1e-30);
-    if (slips) touch.tangent -= STICK_STIFFNESS * part * along * along.transpose() + load.friction * stiff * along * normal.transpose();
+    if (!slips) return;
+    touch.tangent -= MEMBRANE.stick_stiffness * part * along * along.transpose() + load.friction * stiff * along * normal.transpose();
 }
 
 // Traction of a point on which the tip slides: drag times the pressure. While the tip and the sheet's shape move, a point of the sheet
@@ -106,11 +113,12 @@ void slide(const SheetLoad& load, const Vector& normal, double distance, double 
 
 // Contact of a point at offset, m, from the tip's centre; false where it is free.
 bool touches(const SheetLoad& load, const Grip& grip, const Vector& offset, Touch& touch) {
-    const double distance = offset.norm(), depth = load.radius + CONTACT_HALF_WIDTH - distance;
+    const double distance = offset.norm(), depth = load.radius + MEMBRANE.contact_half_width - distance;
     if (!(depth > 0) || !(distance > 0)) return false;
     const Vector normal = offset / distance;
-    const double stiff = CONTACT_STIFFNESS * std::min(depth / (2 * CONTACT_HALF_WIDTH), 1.0);
-    touch.pressure = depth < 2 * CONTACT_HALF_WIDTH ? stiff * depth / 2 : CONTACT_STIFFNESS * (depth - CONTACT_HALF_WIDTH);
+    const double whole = MEMBRANE.contact_stiffness, width = MEMBRANE.contact_half_width;
+    const double stiff = whole * std::min(depth / (2 * width), 1.0);
+    touch.pressure = depth < 2 * width ? stiff * depth / 2 : whole * (depth - width);
     touch.grip = Grip{true, offset}, touch.force = -touch.pressure * normal;
     const Matrix across = normal * normal.transpose();
     touch.tangent = stiff * across - touch.pressure / distance * (Matrix::Identity() - across);
@@ -166,22 +174,22 @@ class Press {
     bool settle(double depth) {
         bool refactor = true;
         double before = INFINITY;
-        for (int turn = 0; turn < (load_.slides ? MAX_SLIDING_STEPS : MAX_STEPS); turn += refactor) {
+        for (int turn = 0; turn < (load_.slides ? MEMBRANE.max_sliding_steps : MEMBRANE.max_steps); turn += refactor) {
             balance(depth, refactor);
             if (refactor && !matrix_.factor()) return false;
             matrix_.solve(residual_.data());
             double largest = 0;
             for (const double step : residual_) largest = std::isfinite(step) ? std::max(largest, std::abs(step)) : INFINITY;
-            if (!std::isfinite(largest) || (load_.slides && largest > WRINKLE_STEP)) return false;
-            const double length = std::min(turn < FULL_STEPS ? 1.0 : 0.5, MAX_STEP / std::max(largest, 1e-12));
+            if (!std::isfinite(largest) || (load_.slides && largest > MEMBRANE.wrinkle_step)) return false;
+            const double length = std::min(turn < MEMBRANE.full_steps ? 1.0 : 0.5, MEMBRANE.max_step / std::max(largest, 1e-12));
             for (std::ptrdiff_t i = 0; i < inner_; ++i)
                 for (std::ptrdiff_t j = 0; j < 3 * inner_; ++j) u_[3 * ((i + 1) * side_ + 1) + j] -= length * residual_[3 * i * inner_ + j];
-            if (largest < (refactor ? MAX_LAST_STEP : MAX_LAST_STEP_REUSED)) {
+            if (largest < (refactor ? MEMBRANE.max_last_step : MEMBRANE.max_last_step_reused)) {
                 balance(depth, false);  // forces and grips of the last displacement
                 grips_ = next_;
                 return true;
             }
-            refactor = !(turn < REUSE_ROUNDS && largest < REUSE_STEP && largest < REUSE_SHRINKAGE * before);
+            refactor = !(turn < MEMBRANE.reuse_rounds && largest < MEMBRANE.reuse_step && largest < MEMBRANE.reuse_shrinkage * before);
             before = largest;
         }
         return false;
@@ -292,7 +300,8 @@ PressedSheets press_sheet(const SheetElements& sheet, const SheetLoad& load, con
     Press press(sheet, load);
     const std::size_t size = press.displacement().size();
     PressedSheets found{std::vector<double>(depths.size() * size, NAN), std::vector<double>(depths.size() * PRESS_WRENCH, NAN)};
-    for (std::size_t k = 0; k < depths.size() && press.reach(depths[k], load.slides ? MAX_SLIDING_HALVINGS : MAX_HALVINGS); ++k) {
+    const int halvings = load.slides ? MEMBRANE.max_sliding_halvings : MEMBRANE.max_halvings;
+    for (std::size_t k = 0; k < depths.size() && press.reach(depths[k], halvings); ++k) {
         std::copy_n(press.displacement().data(), size, &found.fields[k * size]);
         std::copy_n(press.wrench(), PRESS_WRENCH, &found.wrenches[k * PRESS_WRENCH]);
     }

@@ -99,6 +99,9 @@ class SheetConstants:
     default_noise: tuple[float, ...] = constant((1e-5, 5e-3, 3e-3, 1.0), 'm, 1, 1, 1/m', 'measured', 'FieldNoise without untouched frames')
     min_noise: tuple[float, ...] = constant((1e-6, 5e-4, 5e-4, 0.1), 'm, 1, 1, 1/m', 'limit', 'smallest FieldNoise')
 
+    tractions: tuple[float, ...] = constant((0.35, 0.7, 1.0), '1', 'numeric', 'of simulated drags over pressure, for frictions of 0.2 to 1')
+    directions: int = constant(6, '1', 'numeric', 'of the simulated drags of one traction')
+
     @property
     def radius_spread(self) -> float:
         """Spread of the simulated log tip radii around the calibrated one."""
@@ -168,12 +171,21 @@ class DomeConstants:
     top: float = constant(0.35, '1', 'limit', 'of the rim radius; markers nearer to the axis are used for their radius')
     default_noise: float = constant(2e-5, 'm', 'measured', 'without untouched frames')
     min_noise: float = constant(1e-6, 'm', 'limit', 'of an untouched marker')
+    tips: int = constant(4, '1', 'numeric', 'number of simulated tips')
+    mesh_difference: float = constant(1e-5, '1', 'numeric', 'of the unit disc; finite difference for derivatives, accurate to 1e-10')
+    outline_points: int = constant(12, '1', 'numeric', 'of the outline of a marker; with 24, a centroid differs by less than a micrometre')
+    min_outline_area: float = constant(0.02, '1', 'limit', 'of the mean; a part of an outline seen from behind must not count negatively')
     min_shares: tuple[float, float] = constant((0.003, 0.002), '1', 'limit', 'model error over a displacement, and over the largest one')
 
     @property
     def radius_spread(self) -> float:
         """Spread of the simulated log tip radii around the middle one."""
         return math.log(self.radius_ratio)
+
+    @property
+    def outline_stretch(self) -> float:
+        """Distance of the points of an outline over a disc's radius for which the polygon has the disc's second moment over its area."""
+        return math.sqrt(3 / (2 + math.cos(2 * math.pi / self.outline_points)))
 
 
 PRESS, SHEET, DOME = PressConstants(), SheetConstants(), DomeConstants()

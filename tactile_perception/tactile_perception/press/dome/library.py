@@ -15,14 +15,12 @@ from ...common.geometry import Cap, extrapolate, spline_fit
 from ...common.progress import in_parallel
 from ...core.errors import BadCalibration
 from ..constants import DOME, PRESS
-from .mechanics import STRETCH, DomeMaterial, DomeMesh, MeshPlan, OnMesh, PressedDome, appear_at, disc_scale, outlines, press_dome, shift_of
+from .mechanics import DomeMaterial, DomeMesh, MeshPlan, OnMesh, PressedDome, appear_at, disc_scale, outlines, press_dome, shift_of
 
-RADII = 4  # number of simulated tips
 #: Simulated friction numbers, friction over that of the plan minus 1: none, as of a tip in gross slip, and that of the plan, above which
 #: skin sticks
 FRICTIONS = np.array([-1.0, 0.0])
 UNIFORM = MeshPlan(even=1, rings=1, width=1.0, harmonics=0)  # of quantities that are constant over the dome
-_EDGE = 0.5 / STRETCH**2  # weight of the outline in the mean over a disc, which makes it exact to cubic terms
 
 
 @dataclass(frozen=True)
@@ -70,9 +68,9 @@ class DomePlan:
 class DomeTable:
     """Coefficients of fields of a mesh by their modes, in single precision.
 
-    even_table (levels + 3, 4, 2 order, RADII, even), over even_modes (even, rings + 1, 3, harmonics + 1): of straight presses, by powers of
+    even_table (levels + 3, 4, 2 order, tips, even), over even_modes (even, rings + 1, 3, harmonics + 1): of straight presses, by powers of
     the friction number; of drags along the meridian by a sticking tip, per displacement over depth; and of the difference of a rubbing tip.
-    odd_table (levels + 3, 2, 2 order, RADII, odd) and odd_modes: of drags across the meridian.
+    odd_table (levels + 3, 2, 2 order, tips, odd) and odd_modes: of drags across the meridian.
     """
 
     mesh: MeshPlan
@@ -117,9 +115,9 @@ class DomeLibrary:
 def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshPlan()) -> DomeLibrary:
     """Simulate the presses of plan on a dome of this material. Raises BadCalibration if too many do not converge."""
     cases = [(shift, radius, friction) for shift, radius, friction in
-             product(plan.shifts[:plan.order], np.linspace(-1, 1, RADII), FRICTIONS)]
+             product(plan.shifts[:plan.order], np.linspace(-1, 1, DOME.tips), FRICTIONS)]
     pressed = in_parallel(partial(_pressed, plan, material, mesh), cases, 'presses simulated for the library')
-    shape = plan.order, RADII, len(FRICTIONS), plan.levels
+    shape = plan.order, DOME.tips, len(FRICTIONS), plan.levels
     fields = [np.reshape([getattr(one, name) for one in pressed], (*shape, mesh.rings + 1, 3, mesh.harmonics + 1))
               for name in ('straight', 'along', 'across')]
     if np.isnan(fields[0][..., 0, 0, 0]).mean() > DOME.max_unsolved_share:
@@ -130,7 +128,7 @@ def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshP
 
 
 def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray]) -> DomeTable:
-    """Make the table of straight presses, drags along and across, (order, RADII, frictions, levels, rings + 1, 3, harmonics + 1) each."""
+    """Make the table of straight presses, drags along and across, (order, tips, frictions, levels, rings + 1, 3, harmonics + 1) each."""
     straight, *drags = fields
     rubs, sticks = range(len(FRICTIONS))
     kinds = [_filled(part, plan) for part in np.moveaxis(straight, 2, 0)]
@@ -185,12 +183,13 @@ class AsSeen:
         return tuple(shown)
 
     def _displaced(self, field: np.ndarray, odd: bool) -> np.ndarray:
-        """Displacements (N, COUNT + 1, 3), m, of the outlines under a field (size,)."""
+        """Displacements (N, C + 1, 3), m, of the outlines under a field (size,)."""
         return self._on_mesh.displaced(field, odd).reshape(self._outlines.shape)
 
     def _shown(self, moved: np.ndarray) -> np.ndarray:
-        """Apparent displacements (N, 3), m, of markers whose outlines moved by (N, COUNT + 1, 3), m."""
-        up = (1 - _EDGE) * moved[:, 0, 2] + _EDGE * moved[:, 1:, 2].mean(axis=1)
+        """Apparent displacements (N, 3), m, of markers whose outlines moved by (N, C + 1, 3), m."""
+        edge = 0.5 / DOME.outline_stretch**2  # weight of the outline in the mean over a disc, which makes it exact to cubic terms
+        up = (1 - edge) * moved[:, 0, 2] + edge * moved[:, 1:, 2].mean(axis=1)
         seen = self._still + appear_at(self._outlines + moved, self._camera_centre)
         aside = seen * (self._points[:, 2] + up - self._camera_centre[2])[:, None] - self._points[:, :2]
         return np.column_stack([aside, up])
@@ -203,7 +202,7 @@ class AsSeen:
 
 
 def _filled(fields: np.ndarray, plan: DomePlan) -> np.ndarray:
-    """Fields (order, RADII, levels + 1, ...) with the untouched one; NaN is extrapolated over depth."""
+    """Fields (order, tips, levels + 1, ...) with the untouched one; NaN is extrapolated over depth."""
     whole = np.concatenate([np.zeros_like(fields[:, :, :1]), fields], axis=2)
     extrapolate(whole.reshape(-1, *whole.shape[2:]), np.concatenate([[0.0], plan.load_steps[plan.substeps - 1::plan.substeps]]))
     return np.nan_to_num(whole)
@@ -221,7 +220,7 @@ def _mirrored(fields: np.ndarray, odd: bool, turned: bool) -> np.ndarray:
 
 
 def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.ndarray]:
-    """Table and modes of kinds of fields (2 order, RADII, levels + 1, rings + 1, 3, harmonics + 1)."""
+    """Table and modes of kinds of fields (2 order, tips, levels + 1, rings + 1, 3, harmonics + 1)."""
     shape = kinds[0].shape
     snapshots = np.reshape(kinds, (-1, int(np.prod(shape[3:]))))
     _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
@@ -232,6 +231,6 @@ def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.nd
         mixed[:len(FRICTIONS)] = np.einsum('pf,fabcm->pabcm', powers, mixed[:len(FRICTIONS)])
     angle = (2 * np.arange(2 * plan.order) + 1) * np.pi / (4 * plan.order)
     over_shift = np.linalg.inv(np.cos(np.outer(angle, np.arange(2 * plan.order))))
-    over_radius = np.linalg.inv(np.vander(np.linspace(-1, 1, RADII), increasing=True))
+    over_radius = np.linalg.inv(np.vander(np.linspace(-1, 1, DOME.tips), increasing=True))
     table = np.einsum('ai,cj,dl,kijlm->dkacm', over_shift, over_radius, spline_fit(plan.levels), mixed, optimize=True)
     return tuple(np.ascontiguousarray(part, np.float32) for part in (table, modes.reshape(len(modes), *shape[3:])))

@@ -13,8 +13,6 @@ from ...core.errors import BadArgument
 from ..constants import DOME
 from ..simulated import GAUSS
 
-STEP = 1e-5  # of the unit disc; finite difference for derivatives, accurate to 1e-10
-
 
 @dataclass(frozen=True)
 class MeshPlan:
@@ -89,9 +87,9 @@ class DomeMesh:
         self._bands = [self._band(waves, free) for waves, free in zip(self._waves, self.free)]
         self.weight = np.repeat(width / 2 * radius * np.pi / plan.around, plan.around, axis=1)
         z = (radius[..., None] * np.exp(1j * phi)).reshape(self.n, -1)
-        step = STEP * z / np.abs(z)
+        step = DOME.mesh_difference * z / np.abs(z)
         self.rest = self.points(z)
-        self.along, self.across = ((self.points(z + by) - self.points(z - by)) / (2 * STEP) for by in (step, 1j * step))
+        self.along, self.across = ((self.points(z + by) - self.points(z - by)) / (2 * DOME.mesh_difference) for by in (step, 1j * step))
         self.scale = np.linalg.norm(self.along, axis=-1)  # the map is conformal
 
     def _around(self, phi: np.ndarray, odd: bool) -> np.ndarray:
@@ -456,14 +454,8 @@ def _membrane_tangent(skin: _Skin, squeeze: np.ndarray) -> np.ndarray:
     return tangent
 
 
-COUNT = 12  # points of an outline; with 24, a centroid differs by less than a micrometre
-#: Distance of the points over a disc's radius for which the polygon has the disc's second moment over its area; derived.
-STRETCH = float(np.sqrt(3 / (2 + np.cos(2 * np.pi / COUNT))))
-MIN_AREA = 0.02  # of the mean; area of a part of an outline: a part visible from behind must not count negatively
-
-
 def outlines(points: np.ndarray, marker: float, cap: Cap) -> np.ndarray:
-    """Points (K, 3), m, on a cap with the outlines of discs of radius marker, m, around them on the skin: (K, COUNT + 1, 3), m.
+    """Points (K, 3), m, on a cap with the outlines of discs of radius marker, m, around them on the skin: (K, C + 1, 3), m.
 
     The outlines are polygons with the second moments of the discs.
     """
@@ -472,14 +464,15 @@ def outlines(points: np.ndarray, marker: float, cap: Cap) -> np.ndarray:
     along = np.stack([up[:, 2], np.zeros(len(up)), -up[:, 0]], axis=1)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     across = np.cross(up, along)
-    turn, angle = np.arange(COUNT) * 2 * np.pi / COUNT, STRETCH * marker / cap.curvature_radius
+    count, angle = DOME.outline_points, DOME.outline_stretch * marker / cap.curvature_radius
+    turn = np.arange(count) * 2 * np.pi / count
     direction = np.cos(turn)[:, None] * along[:, None] + np.sin(turn)[:, None] * across[:, None]
     corners = centre + cap.curvature_radius * (np.cos(angle) * up[:, None] + np.sin(angle) * direction)
     return np.concatenate([points[:, None], corners], axis=1)
 
 
 def appear_at(outline: np.ndarray, camera_centres: np.ndarray) -> np.ndarray:
-    """Tangents (..., 2) of the directions of the centroids of outlines (..., COUNT + 1, 3), as observed from camera_centres (..., 3)."""
+    """Tangents (..., 2) of the directions of the centroids of outlines (..., C + 1, 3), as observed from camera_centres (..., 3)."""
     offset = outline - camera_centres[..., None, :]
     seen = offset[..., :2] / offset[..., 2:]
     middle, first = seen[..., :1, :], seen[..., 1:, :]
@@ -487,7 +480,7 @@ def appear_at(outline: np.ndarray, camera_centres: np.ndarray) -> np.ndarray:
     a, b = first - middle, second - middle
     area = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     area = area * np.sign(area.sum(axis=-1, keepdims=True))
-    area = np.maximum(area, MIN_AREA * np.abs(area).mean(axis=-1, keepdims=True) + 1e-30)
+    area = np.maximum(area, DOME.min_outline_area * np.abs(area).mean(axis=-1, keepdims=True) + 1e-30)
     return np.sum(area[..., None] * (middle + first + second), axis=-2) / (3 * area.sum(axis=-1)[..., None])
 
 

@@ -21,7 +21,6 @@ TERM_WEIGHTS = 0.5 ** np.array([0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 3, 3])  # sizes of
 ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1)  # terms whose sign a mirror along x, along y inverts
 CLASSES = [(0, 0), (0, 1), (1, 0), (1, 1)]  # odd along x, along y
 WRENCH_NUMBERS = [[0, 8], [2, 3, 7], [1, 4, 6], [5]]  # of _normalised, by class
-TRACTIONS, DIRECTIONS = (0.35, 0.7, 1.0), 6  # tractions over pressure of the simulated drags, for frictions of 0.2 to 1; directions
 MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
 
 
@@ -147,7 +146,7 @@ def _pressed(plan: LibraryPlan, material: SheetMaterial, position: np.ndarray) -
     wrenches = np.zeros((TERMS, plan.levels, 9))
     for k, (field, wrench) in enumerate(straight):
         fields[k], wrenches[k] = field[stops].reshape(fields.shape[1:]), _normalised(wrench[stops], plan.depths)
-    slid = [part for n in range(len(TRACTIONS)) for part in _slid(plan, material, mesh, n)]
+    slid = [part for n in range(len(SHEET.tractions)) for part in _slid(plan, material, mesh, n)]
     more = np.array([field.reshape(fields.shape[1:]) - fields[1] for field, _ in slid])
     reported = np.array([_normalised(wrench, plan.depths) - wrenches[1] for _, wrench in slid])
     for level in range(plan.levels):
@@ -163,8 +162,8 @@ def _slid(plan: LibraryPlan, material: SheetMaterial, mesh: SheetMesh, n: int) -
     The directions of every second traction are rotated by half a step. NaN from the first depth at which any of them does not converge.
     """
     stops, slid = plan.depths, []
-    for angle in (np.arange(DIRECTIONS) + 0.5 * (n % 2)) * 2 * np.pi / DIRECTIONS:
-        drag = TRACTIONS[n] * np.cos(angle), TRACTIONS[n] * np.sin(angle)
+    for angle in (np.arange(SHEET.directions) + 0.5 * (n % 2)) * 2 * np.pi / SHEET.directions:
+        drag = SHEET.tractions[n] * np.cos(angle), SHEET.tractions[n] * np.sin(angle)
         slid.append(press_sheet(mesh, stops, plan.radius, material, drag))
         stops = stops[:np.isfinite(slid[-1][1][:, 0]).sum()]
     beyond = plan.levels - len(stops)
