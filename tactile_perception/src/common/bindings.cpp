@@ -5,11 +5,32 @@
 
 #include "bindings/border.hpp"
 #include "common/camera_view.hpp"
+#include "common/contact_tracker.hpp"
 #include "common/nearest.hpp"
 #include "common/outlines.hpp"
 #include "common/region_moments.hpp"
 
 namespace tactile::border {
+
+static void bind_tracker(py::module_& module) {
+    def(module, "may_continue", "Whether a contact may continue: src/common/contact_tracker.hpp.", {"seen_s", "last_s", "stamp_s"},
+        may_continue);
+    auto contact = class_of<TrackedContact>(module, "TrackedContact", "A contact in one frame: src/common/contact_tracker.hpp.");
+    get(contact, "is_persistent", "whether it has been there for longer than a transient", &TrackedContact::is_persistent);
+    auto tracker = class_of<ContactTracker>(module, "ContactTracker", "Contacts from frame to frame: src/common/contact_tracker.hpp.");
+    init(tracker, {}, [] { return ContactTracker(); });
+    def(tracker, "reset", "All regions are new contacts; ids are not reused.", {}, &ContactTracker::reset);
+    def(tracker, "assign", "The contact of each region, a label and Moments, in their order; labels: of each dot or taxel; reach: m.",
+        {"labels (N)", "regions", "reach", "stamp_s"},
+        [](ContactTracker& one, const std::vector<std::int32_t>& labels, const py::list& regions, double reach, double stamp) {
+            std::vector<TrackedRegion> found;
+            for (const py::handle& given : regions) {
+                const auto [label, moments] = given.cast<std::pair<std::int32_t, py::object>>();
+                found.push_back({label, moments.attr("centroid").cast<Eigen::Vector3d>(), moments.attr("area").cast<double>()});
+            }
+            return one.assign(labels, found, reach, stamp);
+        });
+}
 
 static void bind_common(py::module_& parent) {
     using Doubles = Array<double>;
@@ -39,6 +60,7 @@ static void bind_common(py::module_& parent) {
                                  {"matrix distortion [-1e9, 1e9]", "rotation [-2, 2]", "farthest [0, inf]"});
     def(camera, "rays -> (N, 3)", "Unit vectors in the sensor frame through pixels; NaN where the lens images nothing.", {"uv (N, 2)"},
         camera_rays);
+    bind_tracker(module);
 }
 
 static const Subject SUBJECT("common", bind_common);

@@ -4,8 +4,7 @@
 #include "bindings/bindings.hpp"
 
 #include "bindings/border.hpp"
-#include "taxel/mechanics.hpp"
-#include "taxel/signal.hpp"
+#include "taxel/estimator.hpp"
 
 namespace tactile::border {
 namespace {
@@ -18,54 +17,65 @@ Sheet sheet(const Floats& values) {
     return {values.length(0), values.length(1), values.vector()};
 }
 
-Hysteresis made_hysteresis(const py::object& loop) {
+// The attributes of tactile_perception.taxel.response.Response and .Loop.
+LayerLoop made_loop(const py::object& loop) {
     const auto number = [&](const char* name) { return loop.attr(name).cast<double>(); };
     const auto numbers = [&](const char* name) { return loop.attr(name).cast<std::vector<double>>(); };
-    return Hysteresis({number("share"), number("reach"), number("relative"), number("relaxation"), number("at_once"), numbers("late"),
-                       numbers("late_s")});
+    return {number("share"), number("reach"), number("relative"), number("relaxation"), number("at_once"), numbers("late"),
+            numbers("late_s")};
+}
+
+std::vector<float> optional_floats(const py::object& owner, const char* name, Lengths& lengths) {
+    const py::object given = owner.attr(name);
+    const Rule rule(std::string(name) + " (R, C)");
+    return given.is_none() ? std::vector<float>() : Taken<Floats>(given, &rule, lengths).value.vector();
+}
+
+ResponseCurve made_curve(const py::object& response, Lengths& lengths) {
+    return {response.attr("scale").cast<std::array<double, 3>>(), response.attr("knee").cast<double>(),
+            optional_floats(response, "gain", lengths)};
+}
+
+// settings: tactile_perception.taxel.estimator.TaxelSettings.
+Estimator made_estimator(const ShearPad& pad, double stiffness, const py::object& settings, const std::vector<std::uint8_t>& dead,
+                         bool by_depth, const MotionLimits& limits) {
+    Lengths lengths;
+    lengths['R'] = pad.rows, lengths['C'] = pad.columns;
+    const py::object response = settings.attr("response");
+    const auto number = [&](const char* name) {
+        return within(settings.attr(name).cast<double>(), name, 1e-300, 1e300);
+    };
+    SignalSettings signal{number("reference_frames"), number("time_constant")};
+    if (std::vector<float> zero = optional_floats(response, "zero", lengths); !zero.empty())
+        signal.zero = Sheet{pad.rows, pad.columns, std::move(zero)};
+    signal.zeroed = settings.attr("zeroed").cast<bool>();
+    signal.dead = dead;
+    signal.curve = made_curve(response, lengths);
+    signal.loop = made_loop(response.attr("loop"));
+    signal.noise_gain = response.attr("loop").attr("noise_gain").cast<double>();
+    return Estimator({pad, stiffness, response.attr("known").cast<bool>(), by_depth}, std::move(signal), limits);
 }
 
 void bind_signal(py::module_& module) {
-    auto baseline = class_of<Baseline>(module, "Baseline", "Untouched value and noise of each taxel: src/taxel/signal.hpp.");
-    determine<Baseline> = [](const Baseline& one, Lengths& of) {
-        if (one.values().size()) of['R'] = one.values().rows, of['C'] = one.values().columns;
-    };
-    get(baseline, "sigma", "standard deviation of a taxel's noise", &Baseline::sigma);
-    get(baseline, "values (R, C)", "(0, 0) without any", [](const Baseline& one) { return one.values().values; });
-    get(baseline, "looks_pressed", "whether the first frame may have held a contact", &Baseline::looks_pressed);
-    init(
-        baseline, {"frames [1, 1e300]", "time_constant [1e-300, 1e300]", "start (R, C)", "zeroed"},
-        [](double frames, double time_constant, const Floats& start, bool zeroed) {
-            return Baseline(frames, time_constant, start.size ? std::optional(sheet(start)) : std::nullopt, zeroed);
-        },
-        py::array_t<float>(std::vector<py::ssize_t>{0, 0}), false);
-    def(baseline, "reset", "The next frame is the new baseline, or, with start, the one from calibration if there is one.", {"start"},
-        &Baseline::reset, true);
-    def(
-        baseline, "change -> (R, C)", "A frame minus the baseline, which a first frame becomes; full_scale: of a taxel, inf: not known.",
-        {"frame (R, C)", "full_scale"},
-        [](Baseline& one, const Floats& frame, double full_scale) { return one.change(sheet(frame), full_scale); }, INFINITY);
-    def(baseline, "follow", "Track with the quiet part of a frame's change, NaN is skipped, interval_s after the last frame.",
-        {"change (R, C)", "touched (R, C)", "interval_s [0, 1e30]"}, &Baseline::follow);
-    auto dead = class_of<DeadTaxels>(module, "DeadTaxels", "Fills dead taxels and detects more of them: src/taxel/signal.hpp.");
-    determine<DeadTaxels> = [](const DeadTaxels& one, Lengths& of) { of['R'] = one.rows(), of['C'] = one.columns(); };
-    get(dead, "dead (R, C) bool", "", &DeadTaxels::dead);
-    init(dead, {"known (R, C)"},
-         [](const Array<bool>& known) { return DeadTaxels(reinterpret_cast<Bytes>(known.data), known.length(0), known.length(1)); });
-    def(dead, "repaired -> (R, C)", "The change from the baseline with dead and NaN taxels filled; sigma: its noise.",
-        {"change (R, C)", "sigma [0, 1e30]"}, &DeadTaxels::repaired);
+    def(module, "response_pressure -> (R, C)", "Pressure of changes of the values by a Response.", {"change (R, C)", "response"},
+        [](const Floats& change, const py::object& response) {
+            Lengths lengths;
+            lengths['R'] = change.length(0), lengths['C'] = change.length(1);
+            std::vector<float> pressure = change.vector();
+            made_curve(response, lengths).apply(pressure);
+            return pressure;
+        });
+    def(module, "filled -> (R, C)", "Values with missing ones filled by the mean of their neighbours.", {"values (R, C)", "missing (R, C)"},
+        [](const Floats& values, const std::vector<std::uint8_t>& missing) {
+            std::vector<float> filled = values.vector();
+            fill(filled, missing, values.length(0), values.length(1));
+            return filled;
+        });
     auto hysteresis = class_of<Hysteresis>(module, "Hysteresis", "Undoes a Loop of the sensing layer frame by frame.");
-    init(hysteresis, {"loop"}, made_hysteresis);
-    def(hysteresis, "reset", "Loads are as shown in the next frame.", {}, &Hysteresis::reset);
+    init(hysteresis, {"loop"}, [](const py::object& loop) { return Hysteresis(made_loop(loop)); });
     def(hysteresis, "undone -> (R, C)", "The load, Pa, behind the pressure shown, interval_s after the last frame.",
         {"shown (R, C)", "interval_s [0, 1e30]"},
         [](Hysteresis& one, const Floats& shown, double interval) { return one.undone(sheet(shown), interval); });
-}
-
-py::object moments_of(const std::array<double, 6>& integrals) {
-    const auto& [area, x, y, xx, xy, yy] = integrals;
-    const auto made = py::module_::import("tactile_perception.common.surface").attr("Moments");
-    return made(area, Eigen::Vector3d(0, 0, area), Eigen::Vector3d(x, y, 0), Eigen::Vector3d(xx, xy, yy));
 }
 
 void bind_regions(py::module_& module) {
@@ -78,16 +88,10 @@ void bind_regions(py::module_& module) {
         });
     auto region =
         class_of<Region>(module, "Region", "One region, of one piece or of several: src/taxel/region.hpp.", {"outlines holes (M, 3)"});
-    get(region, "moments", "Moments, without the holes", [](const Region& one) { return moments_of(one.integrals); });
+    get(region, "centroid (3)", "m", &Region::centroid);
     auto regions =
         class_of<Regions>(module, "Regions", "Regions of an array: src/taxel/region.hpp.", {"labels near (R, C)", "touched (R, C) bool"});
     determine<Regions> = [](const Regions& one, Lengths& of) { of['C'] = one.columns; };
-    get(regions, "total", "Moments of all together", [](const Regions& one) {
-        std::array<double, 6> sum{};
-        for (const Region& region : one.all)
-            for (int k = 0; k < 6; ++k) sum[k] += region.integrals[k];
-        return moments_of(sum);
-    });
     def(module, "find_regions", "Regions where score exceeds LEVEL; pitch: m; reach: taxels, pieces nearer to each other are one region.",
         {"score (R, C)", "pressure (R, C)", "full (R, C)", "pitch [1e-9, 1e6]", "reach [0, 1e6]"},
         [](const Floats& score, const float* pressure, Bytes full, double pitch, double reach) {
@@ -141,16 +145,40 @@ void bind_motion(py::module_& module) {
             return one.process({pressure, touched, seen, sigma}, stamp, can_roll);
         },
         true);
-    class_of<Observation>(module, "Observation", "What one frame shows: src/taxel/mechanics.hpp.", {"surface (R, C)"});
-    determine<Observation> = [](const Observation& one, Lengths& of) { of['C'] = one.regions.columns; };
-    auto mechanics =
-        class_of<Mechanics>(module, "Mechanics", "Contact regions and the object's motion in each frame: src/taxel/mechanics.hpp.");
-    determine<Mechanics> = [](const Mechanics& one, Lengths& of) { determine<SurfaceShear>(one.tracker.shear, of); };
-    init(mechanics, {"pad", "limits", "known"},
-         [](const ShearPad& pad, const MotionLimits& limits, bool known) { return Mechanics(pad, limits, known); });
-    def(mechanics, "reset", "Nothing touches.", {}, &Mechanics::reset);
-    def(mechanics, "process", "Observation of pressure of noise sigma at stamp, s. full: saturated taxels.",
-        {"pressure (R, C)", "sigma", "full (R, C)", "stamp", "can_roll"}, &Mechanics::process);
+}
+
+void bind_estimator(py::module_& module) {
+    record<Grasped>(module, "Grasped", "What is known of the object between two fingers: taxel/wrench.py.");
+    class_of<Load>(module, "Load", "What a frame shows of the load: src/taxel/signal.hpp.", {"pressure (R, C)", "full (R, C) bool"});
+    determine<Load> = [](const Load& one, Lengths& of) { of['C'] = one.columns; };
+    class_of<Contact>(module, "Contact", "Fields of a ContactEstimate.");
+    class_of<Sliding>(module, "Sliding", "Motion of the object over the pad: src/taxel/estimator.hpp.", {"x y vx vy (S)"});
+    class_of<Points>(module, "Points", "Fields of SurfacePoints.", {"displacement force (K, 3)", "normal_force state (K)"});
+    class_of<Found>(module, "Found", "All results of a frame: src/taxel/estimator.hpp.", {"outlines holes (M, 3)", "pressure (R, C)"});
+    determine<Found> = [](const Found& one, Lengths& of) { of['C'] = one.columns; };
+    auto estimator = class_of<Estimator>(module, "Estimator", "Contact of an array frame by frame: src/taxel/estimator.hpp.");
+    determine<Estimator> = [](const Estimator& one, Lengths& of) {
+        of['R'] = one.signal.dead.rows(), of['C'] = one.signal.dead.columns();
+    };
+    init(estimator, {"pad", "stiffness", "settings", "dead (R, C)", "by_depth", "limits"}, made_estimator);
+    estimator.def_readwrite("grasped", &Estimator::grasped);
+    get(estimator, "sigma", "standard deviation of a taxel's noise", [](const Estimator& one) { return one.signal.baseline.sigma(); });
+    get(estimator, "looks_pressed", "whether the first frame may have held a contact",
+        [](const Estimator& one) { return one.signal.baseline.looks_pressed(); });
+    get(estimator, "dead (R, C) bool", "", [](const Estimator& one) { return one.signal.dead.dead(); });
+    def(estimator, "set_reference", "The next frame is the untouched reference.", {}, &Estimator::set_reference);
+    def(estimator, "process", "All results of a frame at stamp, s, by a model of the pad; full_scale: of a taxel, inf: not known.",
+        {"frame (R, C)", "full_scale", "stamp"}, [](Estimator& one, const Floats& frame, double full_scale, double stamp) {
+            return one.process(one.signal.load(sheet(frame), full_scale, stamp));
+        });
+    def(estimator, "load", "The load in a frame at stamp, s, for a method of its own.", {"frame (R, C)", "full_scale", "stamp"},
+        [](Estimator& one, const Floats& frame, double full_scale, double stamp) { return one.signal.load(sheet(frame), full_scale, stamp); });
+    def(estimator, "complete", "All results of a load whose contacts are at regions; centre: m, of the contact and of its pressure.",
+        {"load", "regions", "centre (2)"}, [](Estimator& one, const Load& load, const Regions& regions, const Eigen::Vector2d& centre) {
+            return one.complete(load, {regions, load.pressure, {}}, centre);
+        });
+    def(estimator, "points", "Points of a frame; slips: whether there is a slip that is not located.", {"found", "slips"},
+        &Estimator::points);
 }
 
 }  // namespace
@@ -161,6 +189,7 @@ static void bind_taxel(py::module_& parent) {
     bind_regions(module);
     bind_shear(module);
     bind_motion(module);
+    bind_estimator(module);
 }
 
 static const Subject SUBJECT("taxel", bind_taxel);

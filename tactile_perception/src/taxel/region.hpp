@@ -3,6 +3,7 @@
 // Contacts of a pressure image: the score of each taxel, and outlines.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -61,7 +62,8 @@ struct Region {
     double force = 0;                                      // sum of pressure over them and those around, times the area of a taxel
     float peak = 0;                                        // largest pressure there
     bool at_edge = false, saturated = false;               // whether any of its taxels is at the array's border, is saturated
-    TACTILE_FIELDS(label, outlines, holes, count, force, peak, at_edge, saturated)
+    Eigen::Vector3d centroid() const { return {integrals[1] / integrals[0], integrals[2] / integrals[0], 0}; }  // m
+    TACTILE_FIELDS(label, outlines, holes, integrals, count, force, peak, at_edge, saturated)
 };
 
 // Regions, largest first. labels: (rows, columns), 0 outside; near: the same with the taxels around.

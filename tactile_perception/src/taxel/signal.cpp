@@ -22,6 +22,8 @@ constexpr double LOOKS_PRESSED = 0.1;       // of the full scale: range of a smo
 constexpr float SILENT = 0.1f;              // of both neighbours; a taxel below that is silent, since the pad blurs pressure
 constexpr double PRESSED = 12;              // standard deviations of the noise, from which a taxel is pressed
 constexpr std::uint8_t SILENT_FRAMES = 10;  // without any response before, after which a taxel is dead
+constexpr double SLOPE_SIGMAS = 5;   // of the noise, at which the slope of the response is evaluated: half of the lowest level of a score
+constexpr double SATURATION = 0.995;  // of the full scale, from which a taxel is saturated: one count below 255
 constexpr double SHOWN_TOGETHER = 1;        // taxels, of the Gaussian by which neighbours show together whether their load rises or falls
 
 // Range of a frame after a median of 3 x 3, borders repeated; NaN counts as 0.
@@ -42,30 +44,6 @@ double smooth_range(const Sheet& frame) {
         }
     }
     return static_cast<double>(high) - low;
-}
-
-// Values (rows, columns) with missing ones filled by the mean of their neighbours, from the rim of a gap inwards; 0 where all are missing.
-void fill(std::vector<float>& values, std::vector<std::uint8_t> missing, std::ptrdiff_t rows, std::ptrdiff_t columns) {
-    std::vector<std::ptrdiff_t> gaps;
-    for (std::ptrdiff_t k = 0; k < rows * columns; ++k)
-        if (missing[k]) gaps.push_back(k), values[k] = 0;
-    while (!gaps.empty()) {
-        std::vector<std::ptrdiff_t> left;
-        std::vector<std::pair<std::ptrdiff_t, float>> found;
-        for (const std::ptrdiff_t k : gaps) {
-            float total = 0, count = 0;
-            for (std::ptrdiff_t y = std::max<std::ptrdiff_t>(k / columns - 1, 0); y <= std::min(k / columns + 1, rows - 1); ++y)
-                for (std::ptrdiff_t x = std::max<std::ptrdiff_t>(k % columns - 1, 0); x <= std::min(k % columns + 1, columns - 1); ++x)
-                    if (!missing[y * columns + x]) total += values[y * columns + x], ++count;
-            if (count > 0)
-                found.emplace_back(k, total / count);
-            else
-                left.push_back(k);
-        }
-        if (found.empty()) return;
-        for (const auto& [k, value] : found) values[k] = value, missing[k] = 0;
-        gaps = std::move(left);
-    }
 }
 
 // Finite values minus their median.
@@ -122,7 +100,7 @@ std::vector<float> Baseline::change(const Sheet& frame, double full_scale) {
     return change;
 }
 
-void Baseline::follow(const float* change, const std::uint8_t* touched, double interval) {
+void Baseline::follow(const std::vector<float>& change, const std::uint8_t* touched, double interval) {
     const auto busy = spread_mask(touched, values_.rows, values_.columns, QUIET_MARGIN);
     const bool looks = noise_count_ < NOISE_FRAMES || frame_ % NOISE_INTERVAL == 0;
     const auto drift = static_cast<float>(std::min(interval / time_constant_, 1 / frames_));
@@ -142,8 +120,8 @@ void Baseline::follow(const float* change, const std::uint8_t* touched, double i
 
 // Noise from the difference of two frames, without its median. Used at the start, where strong noise looks like contact everywhere and no
 // taxel is quiet.
-std::vector<float> Baseline::steps(const float* change) {
-    const std::vector<float> last = std::exchange(last_, std::vector<float>(change, change + values_.size()));
+std::vector<float> Baseline::steps(const std::vector<float>& change) {
+    const std::vector<float> last = std::exchange(last_, change);
     std::vector<float> steps(last.size());
     for (std::size_t k = 0; k < last.size(); ++k) steps[k] = (change[k] - last[k]) * static_cast<float>(std::sqrt(0.5));
     return about_median(std::move(steps));
@@ -161,16 +139,39 @@ double Baseline::sigma() const {
     return std::max(QUANTUM, noise_count_ ? std::sqrt(variance_) : spread_);
 }
 
-DeadTaxels::DeadTaxels(const std::uint8_t* known, std::ptrdiff_t rows, std::ptrdiff_t columns)
-    : rows_(rows), columns_(columns), dead_(known, known + rows * columns), silent_(rows * columns), responded_(rows * columns) {}
+void fill(std::vector<float>& values, std::vector<std::uint8_t> missing, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    std::vector<std::ptrdiff_t> gaps;
+    for (std::ptrdiff_t k = 0; k < rows * columns; ++k)
+        if (missing[k]) gaps.push_back(k), values[k] = 0;
+    while (!gaps.empty()) {
+        std::vector<std::ptrdiff_t> left;
+        std::vector<std::pair<std::ptrdiff_t, float>> found;
+        for (const std::ptrdiff_t k : gaps) {
+            float total = 0, count = 0;
+            for (std::ptrdiff_t y = std::max<std::ptrdiff_t>(k / columns - 1, 0); y <= std::min(k / columns + 1, rows - 1); ++y)
+                for (std::ptrdiff_t x = std::max<std::ptrdiff_t>(k % columns - 1, 0); x <= std::min(k % columns + 1, columns - 1); ++x)
+                    if (!missing[y * columns + x]) total += values[y * columns + x], ++count;
+            if (count > 0)
+                found.emplace_back(k, total / count);
+            else
+                left.push_back(k);
+        }
+        if (found.empty()) return;
+        for (const auto& [k, value] : found) values[k] = value, missing[k] = 0;
+        gaps = std::move(left);
+    }
+}
 
-std::vector<float> DeadTaxels::repaired(const float* change, double sigma) {
+DeadTaxels::DeadTaxels(std::vector<std::uint8_t> known, std::ptrdiff_t rows, std::ptrdiff_t columns)
+    : rows_(rows), columns_(columns), dead_(std::move(known)), silent_(rows * columns), responded_(rows * columns) {}
+
+std::vector<float> DeadTaxels::repaired(const std::vector<float>& change, double sigma) {
     const auto loud = static_cast<float>(PRESSED * sigma);
     bool any = false;
     for (std::size_t k = 0; k < dead_.size(); ++k)
         if (change[k] > loud) any = responded_[k] = 1;
     if (any) detect(change, loud);
-    std::vector<float> values(change, change + dead_.size());
+    std::vector<float> values = change;
     std::vector<std::uint8_t> missing = dead_;
     for (std::size_t k = 0; k < missing.size(); ++k) missing[k] |= std::isnan(change[k]);
     fill(values, std::move(missing), rows_, columns_);
@@ -178,7 +179,7 @@ std::vector<float> DeadTaxels::repaired(const float* change, double sigma) {
 }
 
 // Counts the frames in which a taxel that never responded is silent.
-void DeadTaxels::detect(const float* change, float loud) {
+void DeadTaxels::detect(const std::vector<float>& change, float loud) {
     const auto pressed = [&](std::ptrdiff_t k) { return change[k] > loud ? change[k] : 0.0f; };
     for (std::ptrdiff_t r = 0; r < rows_; ++r) {
         for (std::ptrdiff_t c = 0; c < columns_; ++c) {
@@ -193,8 +194,8 @@ void DeadTaxels::detect(const float* change, float loud) {
     }
 }
 
-std::vector<float> Hysteresis::undone(const Sheet& shown, double interval) {
-    if (loop_.share == 0 && loop_.late.empty()) return shown.values;
+std::vector<float> Hysteresis::undone(Sheet shown, double interval) {
+    if (loop_.share == 0 && loop_.late.empty()) return std::move(shown.values);
     if (load_.size() != shown.values.size()) {
         load_ = held_ = shown.values;
         late_.assign(loop_.late.size(), shown.values);
@@ -203,7 +204,7 @@ std::vector<float> Hysteresis::undone(const Sheet& shown, double interval) {
     const float at_once = static_cast<float>(loop_.at_once), crept = gone(loop_.relaxation);
     const float share = static_cast<float>(loop_.share), reach = static_cast<float>(loop_.reach),
                 relative = static_cast<float>(loop_.relative);
-    std::vector<float> early = shown.values, hidden(early.size());
+    std::vector<float> early = std::move(shown.values), hidden(early.size());
     for (std::size_t part = 0; part < late_.size(); ++part) {
         const float followed = gone(loop_.late_s[part]), weight = static_cast<float>(loop_.late[part]);
         for (std::size_t k = 0; k < early.size(); ++k) {
@@ -225,6 +226,47 @@ std::vector<float> Hysteresis::undone(const Sheet& shown, double interval) {
     blur(hidden, shown.rows, shown.columns, SHOWN_TOGETHER, Outside::replicated);
     for (std::size_t k = 0; k < early.size(); ++k) load_[k] = early[k] + hidden[k];
     return load_;
+}
+
+void ResponseCurve::apply(std::vector<float>& change) const {
+    const auto first = static_cast<float>(scale[0]), second = static_cast<float>(scale[1]), third = static_cast<float>(scale[2]);
+    const auto bend = static_cast<float>(knee);
+    const bool is_straight = second == 0 && third == 0;
+    for (std::size_t k = 0; k < change.size(); ++k) {
+        const float value = gain.empty() ? change[k] : change[k] / gain[k], size = std::abs(value);
+        change[k] = is_straight ? first * value : value * (first + second * size + third * bend / (size + bend));
+    }
+}
+
+double ResponseCurve::slope(double value) const {
+    const double size = std::abs(value);
+    return scale[0] + 2 * scale[1] * size + scale[2] * std::pow(knee / (size + knee), 2);
+}
+
+Signal::Signal(SignalSettings settings, std::ptrdiff_t rows, std::ptrdiff_t columns)
+    : baseline(settings.frames, settings.time_constant, std::move(settings.zero), settings.zeroed),
+      dead(std::move(settings.dead), rows, columns),
+      curve_(std::move(settings.curve)),
+      hysteresis_(std::move(settings.loop)),
+      noise_gain_(settings.noise_gain) {}
+
+void Signal::set_reference() {
+    baseline.reset(false);
+    hysteresis_.reset();
+}
+
+Load Signal::load(const Sheet& frame, double full_scale, double stamp) {
+    Load found{baseline.change(frame, full_scale), {}, 0, std::vector<std::uint8_t>(frame.values.size()), stamp, 0, frame.columns};
+    found.interval = std::isfinite(stamp_) ? stamp - stamp_ : 0;
+    stamp_ = stamp;
+    const double sigma = baseline.sigma();
+    found.pressure = dead.repaired(found.change, sigma);
+    curve_.apply(found.pressure);
+    found.pressure = hysteresis_.undone({frame.rows, frame.columns, std::move(found.pressure)}, found.interval);
+    found.noise = sigma * curve_.slope(SLOPE_SIGMAS * sigma) * noise_gain_;
+    const auto full = static_cast<float>(SATURATION * full_scale);
+    for (std::size_t k = 0; k < found.full.size(); ++k) found.full[k] = frame.values[k] >= full;
+    return found;
 }
 
 }  // namespace tactile::taxel

@@ -10,10 +10,7 @@ from tactile_driver.constants import constant
 class CommonConstants:
     """Fields are grouped by the module that uses them."""
 
-    min_persistent_s: float = constant(0.02, 's', 'limit', 'a contact that starts or ends may show as several regions for a shorter time')
-    max_gap_s: float = constant(0.1, 's', 'limit', 'that a contact keeps its id without being seen: one or two frames may miss it')
     max_step: float = constant(1.5, 'pitch', 'limit', 'between the borders of a contact in two consecutive frames')
-    min_split: int = constant(4, '1', 'limit', 'dots or taxels of a region that splits off; noise at a border makes smaller ones')
 
     begins_incipient: float = constant(0.05, '1', 'limit', 'slipping fraction at which incipient slip begins')
     ends_incipient: float = constant(0.03, '1', 'limit', 'slipping fraction below which it ends: hysteresis against single dots')

@@ -7,8 +7,6 @@ Nonzero taxels are contact (section II.B), edges are its shape (section III.B), 
 """
 from __future__ import annotations
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 
@@ -17,7 +15,6 @@ from ..taxel.estimator import Observed
 from ..taxel.pressure import SoftPad, TaxelArray
 from ..taxel.region import find_regions
 from ..taxel.response import Response
-from ..taxel.wrench import GraspedObject, wrench_of
 from .constants import TAXEL_ARRAY
 
 
@@ -96,17 +93,11 @@ class PaperMethod:
 
     Attributes
     ----------
-    located : tuple or None
-        Centroid, m, and angle, rad, of all contacts of the last image, by its values.
-    loops : tuple
-        Outlines and holes of the last image, by its edges.
-    lead : ndarray, shape (2,)
-        0: traction does not move the contact.
     is_depth_preferred : bool
         The force follows from equation 5 where the depth is known.
     """
 
-    lead, is_depth_preferred = np.zeros(2), True
+    is_depth_preferred = True
 
     def __init__(self, array: TaxelArray):
         self._array = array
@@ -114,19 +105,17 @@ class PaperMethod:
 
     def reset(self) -> None:
         """The next image is the first."""
-        self.located: tuple[np.ndarray, float] | None = None
-        self.loops: tuple[list[np.ndarray], list[np.ndarray]] = [], []
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
-    def observe(self, pressure: np.ndarray, sigma: float, full: np.ndarray, stamp_s: float, can_roll: bool) -> Observed:
-        """Regions of nonzero taxels, pressure (rows, columns) unchanged, and slip since the last frame; sigma: noise of the pressure; full:
-        saturated taxels; stamp_s: s; can_roll changes nothing."""
+    def observe(self, pressure: np.ndarray, sigma: float, full: np.ndarray, stamp_s: float) -> Observed:
+        """Regions of nonzero taxels, with the centre and angle of all contacts by the image's values, its edges, and slip since the last
+        frame. pressure: (rows, columns); sigma: its noise; full: saturated taxels; stamp_s: s."""
         touched = pressure > TAXEL_ARRAY.zero_sigmas * sigma
         image = np.where(touched, pressure, 0)
-        self.located, self.loops = image_moments(image, self._array), edge_loops(image, self._array)
         regions = find_regions(touched.astype(np.float32), pressure, self._array, full=full)
-        return Observed(regions, pressure, self._slip(bool(regions.all), pressure, stamp_s), None)
+        return Observed(regions, self._slip(bool(regions.all), pressure, stamp_s), *image_moments(image, self._array),
+                        *edge_loops(image, self._array))
 
     def _slip(self, touches: bool, pressure: np.ndarray, stamp_s: float) -> SlipEstimate:
         maximum = float(pressure.max(initial=0.0))
@@ -144,11 +133,6 @@ class PaperMethod:
         if good.sum() < TAXEL_ARRAY.min_features:
             return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3))
         return self._estimate(corners[good, 0], (now - corners)[good, 0], stamp_s - last[1])
-
-    def wrench(self, normal: float, contact: np.ndarray, touched: np.ndarray, pressure: np.ndarray, grasped: GraspedObject) -> np.ndarray:
-        """(6,) N and N m of the object on the sensor: all forces act at the centre of the contact, by equations 1 to 3 (equation 9)."""
-        centre = self.located[0]
-        return wrench_of(normal, centre, np.append(centre, contact[2]), replace(grasped, centre_of_mass=np.full(3, np.nan)))
 
     def _estimate(self, corners: np.ndarray, flow: np.ndarray, interval: float) -> SlipEstimate:
         moves = np.hypot(flow[:, 0], flow[:, 1]) > TAXEL_ARRAY.min_displacement

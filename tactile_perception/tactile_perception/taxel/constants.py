@@ -24,15 +24,6 @@ class TaxelConstants:
     min_response: float = constant(0.3, '1', 'limit', 'of the mean change, for a taxel to respond; below the smallest gain')
     min_load: float = constant(0.05, '1', 'limit', 'of the largest mean change, for a frame to be used for gains')
     gain_range: tuple[float, float] = constant((0.5, 2.0), '1', 'limit', 'a taxel with a gain outside it keeps gain 1')
-    saturation: float = constant(0.995, '1', 'physical', 'of the full scale, from which a taxel is saturated: one count below 255')
-    outline_sigma: float = constant(0.5, 'pitch', 'measured', 'of the vertices of an outline in the test of roundness')
-    slope_sigmas: float = constant(5.0, 'sigma', 'numeric',
-                                   'at which the slope of the response is evaluated: half of the lowest level of a score')
-    min_peak_sigmas: float = constant(40.0, 'sigma', 'limit',
-        'higher peaks are reported at once, lower ones if largest or persistent: faces start and end in pieces')
-    centroid_sigma: float = constant(0.03, 'pitch', 'measured', 'of a centroid')
-    roughness_sigmas: float = constant(17.0, 'sigma', 'measured',
-                                       'of the peak at which the position error is a pad thickness; it falls with the third power')
     patches: float = constant(44.0, '1', 'measured', 'that slip independently, on two simulated devices')
     error_rate: float = constant(0.012, '1', 'measured', 'of the frames, that no slipping fraction explains')
     uncalibrated_precision: tuple[float, float, float] = constant((0.98, 0.26, 0.63), '1', 'measured',

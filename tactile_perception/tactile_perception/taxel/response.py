@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .._core import taxel as _kernel
 from ..core.calibration_file import AGAIN, CalibrationFile, Specimen, read_calibration
 from ..core.errors import BadArgument, BadCalibration
 from .constants import TAXEL
@@ -152,17 +153,7 @@ class Response:
 
     def pressure(self, change: np.ndarray) -> np.ndarray:
         """Pressure (rows, columns), float32, in Pa if known, for changes (rows, columns) of the values."""
-        value = np.asarray(change if self.gain is None else change / self.gain, np.float32)
-        first, second, third = map(np.float32, self.scale)
-        if not (second or third):
-            return first * value
-        size, knee = np.abs(value), np.float32(self.knee)
-        return value * (first + second * size + third * knee / (size + knee))
-
-    def slope(self, value: float) -> float:
-        """Compute the derivative of the pressure, Pa per unit, at a change of value."""
-        first, second, third = self.scale
-        return first + 2 * second * abs(value) + third * (self.knee / (abs(value) + self.knee))**2
+        return _kernel.response_pressure(np.asarray(change, np.float32), self)
 
 
 def taxel_file(response: Response, residuals: dict, span: dict, left_out: list[str], specimen: Specimen = Specimen()) -> CalibrationFile:

@@ -135,15 +135,15 @@ class TaxelStage(Stage):
 
     def health(self) -> tuple[str, dict]:
         """Warns of a reference that may have been taken under a touch, and of missing transforms."""
-        baseline, sensor_frame = self.estimator.baseline, self._placed[1]
-        pressed = 'the reference may contain a contact: release the sensor and call set_reference' if baseline.looks_pressed else ''
+        estimator, sensor_frame = self.estimator, self._placed[1]
+        pressed = 'the reference may contain a contact: release the sensor and call set_reference' if estimator.looks_pressed else ''
         lost = [frame for frame in sorted(frames_of(self.values)) if self._tree.pose(frame, sensor_frame) is None]
         missing = f'no transform leads from {" or ".join(lost)} to {sensor_frame!r}: friction is NaN; publish it' if lost else ''
         goal, apart = self.values['wrench_frame'], ''
         if goal and sensor_frame and self._tree.pose(sensor_frame, goal) is None:
             apart = f'no transform leads from {sensor_frame!r} to {goal!r}: wrench is NaN; publish it'
         return '; '.join(filter(None, (pressed, missing, apart, self._unknown))), {'reference': pressed or 'in order',
-                                                                               'noise (values)': baseline.sigma}
+                                                                               'noise (values)': estimator.sigma}
 
     def _place_object(self, sensor_frame: str) -> None:
         placed = self._tree.changes, sensor_frame.lstrip('/')

@@ -11,7 +11,7 @@ from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
-from .._core.taxel import DeadTaxels
+from .._core.taxel import filled
 from ..bags.stamped import TRUE_WRENCH, find_prefix
 from ..common.progress import progress
 from ..common.residuals import Residuals, write_and_report
@@ -55,9 +55,7 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
         stretches = [one for one in stretches if one[2]]
     values, stamps, forces, when, numbers, levels = zip(*stretches)
     pictures = np.array([np.mean(one, axis=0, dtype=float) for one in values]) - (0 if zero is None else zero)
-    gaps = DeadTaxels(dead)
-    # no change is a press: only known dead taxels are filled
-    pictures = np.array([gaps.repaired(picture.astype(np.float32), 1e9) for picture in pictures])
+    pictures = np.array([filled(picture, dead | np.isnan(picture)) for picture in pictures.astype(np.float32)])
     return Loads(pictures, np.array(forces), zero, left_out, list(when), np.array([np.mean(one) for one in stamps]), np.array(numbers),
                  np.array(levels))
 

@@ -4,6 +4,7 @@
 import cv2
 import numpy as np
 
+from tactile_perception.common.surface import Moments
 from tactile_perception.taxel.pressure import TaxelArray
 
 FINE, DRAWN = 6, 24  # parts of a taxel: blurred, drawn
@@ -41,3 +42,9 @@ def ring(inner=4.0, outer=9.0):
 def both(*parts):
     """The union of insides."""
     return lambda x, y: np.any([part(x, y) for part in parts], axis=0)
+
+
+def moments(*regions):
+    """Moments of regions together."""
+    area, x, y, *second = np.sum([region.integrals for region in regions], axis=0).tolist()
+    return Moments(area, np.array([0.0, 0.0, area]), np.array([x, y, 0.0]), np.array(second))

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
-from taxel_pictures import ARRAY, bar, both, picture
+from taxel_pictures import ARRAY, bar, both, moments, picture
 
 from tactile_perception.common.contact_tracker import ContactTracker
 from tactile_perception.taxel.pressure import SoftPad
@@ -20,7 +20,7 @@ class Tracker(ContactTracker):
         self.stamp_s += 0.01
         image = picture(inside)
         regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
-        found = self.assign(regions.labels, [(region.label, region.moments) for region in regions.all], 1.5e-3, self.stamp_s)
+        found = self.assign(regions.labels, [(region.label, moments(region)) for region in regions.all], 1.5e-3, self.stamp_s)
         return {one.number: one for one in found}
 
 
@@ -66,9 +66,9 @@ def test_a_contact_is_persistent_after_20_ms():
 
 def test_any_labels_are_tracked():
     tracker, rng = ContactTracker(), np.random.default_rng(0)
-    moments = find_regions(*[np.ones((44, 44), np.float32)] * 2, ARRAY).all[0].moments
+    whole = moments(*find_regions(*[np.ones((44, 44), np.float32)] * 2, ARRAY).all)
     for k in range(50):
         labels = rng.integers(0, 9, [(6, 7), (44, 44)][rng.integers(2)]) * rng.integers(0, 2)
         names = rng.permutation(9)[:rng.integers(0, 9)] + 1
-        found = tracker.assign(labels, [(int(name), moments) for name in names], 1e-3, 0.04 * k)
+        found = tracker.assign(labels, [(int(name), whole) for name in names], 1e-3, 0.04 * k)
         assert len({one.number for one in found}) == len(found) == len(names)

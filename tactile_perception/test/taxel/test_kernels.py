@@ -20,18 +20,12 @@ def shear():
 
 def regions(score, pressure, full):
     found = taxel.find_regions(score, pressure, full, pitch=1e-3, reach=2.0)
-    return [found.labels, found.near] + [np.array([one.force, one.peak, one.moments.area, *one.moments.second]) for one in found.all]
+    return [found.labels, found.near] + [np.array([one.force, one.peak, *one.integrals]) for one in found.all]
 
 
 def tracked(pressure=PRESSURE, touched=TOUCHED, seen=PRESSURE):
     motion = taxel.MotionTracker(PAD).process(pressure, touched, seen, 20.0, 1.0)
     return [motion.slipping, motion.step]
-
-
-def observed(pressure=PRESSURE, full=TOUCHED):
-    mechanics = taxel.Mechanics(PAD, taxel.MotionLimits(), True)
-    found = [mechanics.process(pressure, 20.0, full, 1 + 0.01 * k, True) for k in range(2)]
-    return [found[1].surface, found[1].regions.touched, *([] if found[1].motion is None else [found[1].motion.step])]
 
 
 #: How a function or class is called here, and an example of each of its arrays.
@@ -47,7 +41,6 @@ CALLS = {
     'pressure_centre': (lambda pressure=PRESSURE, touched=TOUCHED: [shear().pressure_centre(pressure, touched, [1.0, 2.0])],
                         {'pressure': PRESSURE, 'touched': TOUCHED}),
     'MotionTracker': (tracked, {'pressure': PRESSURE, 'touched': TOUCHED, 'seen': PRESSURE}),
-    'Mechanics': (observed, {'pressure': PRESSURE, 'full': TOUCHED}),
 }
 
 

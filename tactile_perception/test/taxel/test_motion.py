@@ -8,6 +8,7 @@ from taxel_pictures import ARRAY, bar, picture
 
 from tactile_perception._core.taxel import LEVEL, MotionTracker, SurfaceShear
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
+from tactile_perception.taxel.estimator import TaxelEstimator
 from tactile_perception.taxel.motion import TaxelSlip
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray, pad_on
 from tactile_perception.taxel.region import ContactScore
@@ -154,24 +155,24 @@ def test_a_taxel_that_enters_the_contact_does_not_move_the_centroid():
     assert stepped((values, values > 5e3), (values * np.float32(1.04), values > 4.8e3)) == pytest.approx([0, 0], abs=1e-5)
 
 
-TOUCHED = picture(bar(2, 0), blur=0.1) > 30
-
-
-def motion(slipping, linear=(0.0, 0.0), turn=0.0):
-    return SimpleNamespace(linear=np.array(linear), turn=turn, slipping=slipping, unseen=0.0,
-                           velocity_covariance=np.eye(3))
+def sliding(fraction):
+    return SimpleNamespace(slipping_fraction=fraction, unseen=0.0, **dict.fromkeys(
+        ('linear', 'angular', 'velocity_covariance', 'rotation_center', 'x', 'y', 'vx', 'vy')))
 
 
 def test_states_follow_the_slipping_fraction():
-    slip = TaxelSlip(ARRAY)
-    rim = TOUCHED & ~np.roll(TOUCHED, 2, axis=1)
-    states = [slip.process(motion(part & TOUCHED), TOUCHED).state for part in (~TOUCHED, rim, TOUCHED, ~TOUCHED)]
-    assert states == [NONE, INCIPIENT, GROSS, NONE]
+    slip = TaxelSlip()
+    assert [slip.process(sliding(fraction)).state for fraction in (0.0, 0.2, 1.0, 0.0)] == [NONE, INCIPIENT, GROSS, NONE]
+    assert slip.process(None).state == NONE
 
 
-def test_centre_of_rotation_and_velocities():
-    centre, turn = np.array([4e-3, 3e-3]), 0.5
-    linear = turn * np.array([centre[1], -centre[0]])
-    found = TaxelSlip(ARRAY).process(motion(TOUCHED, linear, turn), TOUCHED)
-    assert found.rotation_center[:2] == pytest.approx(centre) and found.angular[2] == turn
-    assert found.vx == pytest.approx(-turn * (found.y - centre[1])) and found.vy == pytest.approx(turn * (found.x - centre[0]))
+def test_centre_of_rotation_and_velocities_of_a_turning_bar():
+    estimator, centre, turn = TaxelEstimator(ARRAY, PAD), np.array([4.0, 3.0]), 0.5
+    for k in range(48):
+        angle = turn * 0.01 * max(k - 16, 0)
+        x, y = centre - [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]] @ centre
+        found = estimator.process(np.float32(3) + (picture(bar(x, y, 0.3 + angle)) if k > 7 else np.zeros((44, 44))), 1 + 0.01 * k).slip
+    assert found.state == GROSS
+    assert 1e3 * found.rotation_center[:2] == pytest.approx(centre, abs=0.5) and found.angular[2] == pytest.approx(turn, rel=0.1)
+    turned, middle = found.angular[2], found.rotation_center
+    assert found.vx == pytest.approx(-turned * (found.y - middle[1])) and found.vy == pytest.approx(turned * (found.x - middle[0]))

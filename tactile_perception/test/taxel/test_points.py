@@ -1,21 +1,18 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Taxels as points: forces that add up to those of the contacts, and the estimator's states."""
-from types import SimpleNamespace
-
 import cv2
 import numpy as np
 import pytest
 from taxel_pictures import ARRAY, bar, both, disc, picture
 
 from tactile_perception._core.taxel import SurfaceShear
-from tactile_perception.common.estimates import GROSS, NONE, SlipEstimate
+from tactile_perception.common.estimates import GROSS
 from tactile_perception.common.surface_points import SLIPPING, STICKING, UNKNOWN
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.pressure import SoftPad, pad_on
-from tactile_perception.taxel.region import find_regions
 from tactile_perception.taxel.response import Response
-from tactile_perception.taxel.wrench import GraspedObject, normal_force, taxel_states
+from tactile_perception.taxel.wrench import GraspedObject
 
 PAD, PER_COUNT = SoftPad(), 500.0  # Pa
 KNOWN = TaxelSettings(response=Response((PER_COUNT, 0.0, 0.0), known=True))
@@ -74,21 +71,24 @@ def test_a_broken_image_has_no_forces():
     assert np.isnan(result_of(even).points().normal_force).all()
 
 
-def test_states():
-    score = (picture(disc(0, 0, 5)) > 30).astype(np.float32)
-    regions = find_regions(score, score, ARRAY)
-    slipping = np.zeros((44, 44), bool)
-    slipping[:22] = True
-    motion = SimpleNamespace(slipping=slipping)
-    state = taxel_states(regions, SlipEstimate(state=GROSS), motion)
-    assert (state[:22][regions.touched[:22]] == SLIPPING).all() and (state[22:][regions.touched[22:]] == STICKING).all()
-    assert not state[~regions.touched].any()
-    assert (taxel_states(regions, SlipEstimate(state=GROSS), None)[regions.touched] == UNKNOWN).all()
-    assert (taxel_states(regions, SlipEstimate(state=NONE), None)[regions.touched] == STICKING).all()
+def test_slipping_taxels_are_those_of_the_slip():
+    estimator = TaxelEstimator(ARRAY, PAD, KNOWN)
+    for k, x in enumerate([None] * 8 + [0.0] * 8 + [0.1 * n for n in range(12)]):
+        image = np.zeros((44, 44)) if x is None else picture(bar(x))
+        result = estimator.process(np.clip(np.round(image + 3), 0, 255).astype(np.uint8), 1 + 0.01 * k)
+    points = result.points()
+    slips = points.state == SLIPPING
+    assert slips.sum() == len(result.slip.x) > 50 and points.xyz[slips, :2] == pytest.approx(np.stack([result.slip.x, result.slip.y], 1))
+    assert set(points.state) <= {0, STICKING, SLIPPING}
 
 
-def test_normal_force_of_equation_5():
-    assert normal_force(200e-6, 4e-4, SoftPad(thickness=0.002, stiffness=3e5)) == pytest.approx(12.0)
+def test_a_slip_that_is_not_located_leaves_the_states_unknown():
+    estimator = TaxelEstimator(ARRAY, PAD, TaxelSettings(method='paper', response=KNOWN.response))
+    for k, x in enumerate((None, 0, 0, 0.4)):
+        image = np.zeros((44, 44)) if x is None else picture(bar(x))
+        result = estimator.process(np.clip(np.round(image + 3), 0, 255).astype(np.uint8), 1 + 0.1 * k)
+        assert set(result.points().state) == ({0} if x is None else {0, STICKING} if k < 3 else {0, UNKNOWN})
+    assert result.slip.state == GROSS
 
 
 def test_the_pressure_centre_is_that_of_the_load():

@@ -5,63 +5,64 @@ import numpy as np
 import pytest
 from taxel_pictures import bar, picture
 
-from tactile_perception._core.taxel import Baseline, DeadTaxels, Hysteresis
+from tactile_perception._core.taxel import Hysteresis
 from tactile_perception.core.calibration_file import write_calibration
 from tactile_perception.core.errors import BadArgument, BadCalibration, BadFrame
 from tactile_perception.taxel.calibration import fit_gains, fit_loop, fit_response
+from tactile_perception.taxel.estimator import TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.response import Loop, Response, read_taxels, taxel_file
 
 OFFSET = np.random.default_rng(5).uniform(0, 20, (12, 12)).astype(np.float32)
-UNTOUCHED = np.zeros(OFFSET.shape, bool)
 
 
-def noisy(rng, extra=0.0):
-    return (OFFSET + extra + rng.normal(0, 0.7, OFFSET.shape)).astype(np.float32)
+SMALL = TaxelArray(12, 12, 1e-3)
+
+
+def noisy(rng, extra=0.0, sigma=0.7):
+    return OFFSET + extra + rng.normal(0, sigma, OFFSET.shape)
+
+
+def estimator_of(*settings, array=SMALL, **more):
+    return TaxelEstimator(array, SoftPad(), TaxelSettings('mechanics', (), *settings, **more))
 
 
 def test_offsets_and_noise_are_learnt():
-    baseline, rng = Baseline(20, 30.0), np.random.default_rng(0)
-    for _ in range(60):
-        baseline.follow(baseline.change(noisy(rng)), UNTOUCHED, 0.01)
-    assert np.abs(baseline.values - OFFSET).max() < 0.8
-    assert baseline.sigma == pytest.approx(0.7, rel=0.1)
+    estimator, rng = estimator_of(20), np.random.default_rng(0)
+    for k in range(60):
+        estimator.process(noisy(rng), 0.01 * k)
+    assert np.abs(estimator.process(OFFSET, 1.0).pressure).max() < 0.8
+    assert estimator.sigma == pytest.approx(0.7, rel=0.1)
 
 
 def test_drift_is_compensated_and_a_persistent_contact_is_kept():
-    baseline, rng = Baseline(5, 2.0), np.random.default_rng(0)
-    touched = np.zeros(OFFSET.shape, bool)
-    touched[5, 5] = True
-    for k in range(400):
-        drift = 0.01 * k
-        frame = noisy(rng, drift)
-        frame[5, 5] += 50 if k > 20 else 0
-        baseline.follow(baseline.change(frame), touched if k > 20 else UNTOUCHED, 0.05)
-    change = baseline.change(noisy(rng, 4.0))
+    estimator, rng = estimator_of(5, 2.0), np.random.default_rng(0)
+    for k in range(401):
+        frame = noisy(rng, 0.01 * k)
+        frame[5:7, 5:7] += 50 if k > 20 else 0
+        change = estimator.process(frame, 0.05 * k).pressure
     assert abs(np.median(change[:2])) < 0.8  # drifts 0.2 a second, behind by 2 s of it
-    frame = noisy(rng, 4.0)
-    frame[5, 5] += 50
-    assert baseline.change(frame)[5, 5] > 50
+    assert (change[5:7, 5:7] > 48).all()
 
 
 def test_a_first_frame_that_looks_pressed_is_reported():
     hill = OFFSET.copy()
     hill[3:9, 3:9] += 100
-    baseline = Baseline(5, 30.0)
-    baseline.change(hill, 255.0)
-    assert baseline.looks_pressed
-    baseline.reset()
-    assert not baseline.looks_pressed
+    estimator = estimator_of(5)
+    estimator.process(hill, 1.0)
+    assert estimator.looks_pressed
+    estimator.set_reference()
+    assert not estimator.looks_pressed
 
 
 @pytest.mark.parametrize(('offset', 'zero'), [(0, True), (3, False)])
 def test_a_mostly_zero_first_frame_sets_the_reference_to_zero(offset, zero):
     frame = np.full(OFFSET.shape, offset, np.float32)
     frame[4:8, 4:8] = 90
-    baseline = Baseline(5, 30.0, zeroed=True)
-    assert (baseline.change(frame, 255.0)[5, 5] == 90) == zero and baseline.looks_pressed != zero
-    baseline.reset(start=False)
-    assert not baseline.change(frame).any(), 'set_reference takes what is there'
+    estimator = estimator_of(zeroed=True)
+    assert (estimator.process(frame, 1.0).pressure[5, 5] == 90) == zero and estimator.looks_pressed != zero
+    estimator.set_reference()
+    assert not estimator.process(frame, 2.0).pressure.any(), 'set_reference takes what is there'
 
 
 def test_the_full_scale_is_found_from_an_image():
@@ -74,21 +75,22 @@ def test_the_full_scale_is_found_from_an_image():
 def test_calibrated_untouched_values_hold_when_touched_from_the_start():
     frame = OFFSET.copy()
     frame[5, 5] += 50
-    assert Baseline(5, 30.0, OFFSET).change(frame)[5, 5] == pytest.approx(50)
+    assert estimator_of(response=Response(zero=OFFSET)).process(frame, 1.0).pressure[5, 5] == pytest.approx(50)
 
 
-def test_wrong_numbers_are_refused():
-    with pytest.raises(BadArgument):
-        Baseline(0, 1.0)
+def test_wrong_settings_are_refused_by_name():
+    with pytest.raises(BadArgument, match='reference_frames'):
+        estimator_of(0)
+    with pytest.raises(BadArgument, match='zero'):
+        estimator_of(response=Response(zero=OFFSET[1:]))
 
 
 def test_noise_that_looks_like_contact_everywhere_is_measured():
     """No taxel is ever quiet: noise follows from differences of frames without what all taxels share, such as a load on all."""
-    baseline, rng, touched = Baseline(20, 30.0), np.random.default_rng(0), np.ones(OFFSET.shape, bool)
-    for k in range(40):
-        noise = rng.normal(0, 12, OFFSET.shape).astype(np.float32)
-        baseline.follow(baseline.change(OFFSET + np.float32(50 * (k > 20)) + noise), touched, 0.01)
-    assert baseline.sigma == pytest.approx(12, rel=0.1)
+    estimator, rng = estimator_of(20, array=TaxelArray(12, 12, 1e-3, 4095.0)), np.random.default_rng(0)
+    for k in range(41):
+        estimator.process(noisy(rng, 600 + 50 * (k > 20), 12) if k else OFFSET, 0.01 * k)
+    assert estimator.sigma == pytest.approx(12, rel=0.1)
 
 
 @pytest.mark.parametrize('values', [np.zeros((4, 4)), np.zeros((3, 5), complex), np.zeros(15)])
@@ -115,11 +117,10 @@ def test_pad():
 
 
 def test_healthy_contact_has_no_dead_taxel():
-    dead = DeadTaxels(np.zeros((44, 44), bool))
-    rng = np.random.default_rng(1)
-    for _ in range(30):
-        dead.repaired(picture(bar()) + rng.normal(0, 0.7, (44, 44)).astype(np.float32), 0.7)
-    assert not dead.dead.any()
+    estimator, rng = estimator_of(array=TaxelArray(44, 44, 1e-3)), np.random.default_rng(1)
+    for k in range(38):
+        estimator.process((picture(bar()) if k > 7 else 0) + 3 + rng.normal(0, 0.7, (44, 44)), 0.01 * k)
+    assert not estimator.dead.any()
 
 
 def test_an_index_outside_the_array_is_refused():
