@@ -49,7 +49,7 @@ std::vector<TrackedContact> ContactTracker::assign(const std::vector<std::int32_
         if (inside[k]) ++shared[inside[k] - 1][owner_[k]];
     }
     const std::vector<std::ptrdiff_t> before = continued(shared, regions, reach);
-    const auto is_free = [&](std::size_t j) { return std::find(before.begin(), before.end(), static_cast<std::ptrdiff_t>(j)) == before.end(); };
+    const auto is_free = [&](std::size_t j) { return std::count(before.begin(), before.end(), static_cast<std::ptrdiff_t>(j)) == 0; };
     std::vector<TrackedContact> found;
     for (std::size_t k = 0; k < regions.size(); ++k) {
         if (before[k] == NOTHING) {
@@ -97,7 +97,8 @@ std::vector<std::ptrdiff_t> ContactTracker::continued(const Shared& shared, cons
     for (std::size_t k = 0; k < regions.size(); ++k) {
         for (std::size_t j = 0; j < last_.size(); ++j) {
             const double gap = (regions[k].centroid - last_[j].region.centroid).norm() - radius(regions[k]) - radius(last_[j].region);
-            if (shared[k][j + 1] || gap < reach) pairs.emplace_back(-shared[k][j + 1], gap, last_[j].number, k, static_cast<std::ptrdiff_t>(j));
+            if (shared[k][j + 1] || gap < reach)
+                pairs.emplace_back(-shared[k][j + 1], gap, last_[j].number, k, static_cast<std::ptrdiff_t>(j));
         }
     }
     std::sort(pairs.begin(), pairs.end());

@@ -108,7 +108,6 @@ void bind_shear(py::module_& module) {
     determine<S> = [](const S& one, Lengths& of) { of['R'] = one.pad().rows, of['C'] = one.pad().columns; };
     get(shear, "force", "(2,) N, of the object", [](const S& one) { return Eigen::Vector2d(one.force().data()); });
     init(shear, {"pad"}, [](const ShearPad& pad) { return S(pad); });
-    def(shear, "reset", "Release all traction.", {}, &S::reset);
     def(shear, "move -> (2, R, C)", "Slip, m, of an object that moves by shift: m, m at the origin, rad. pressure: Pa.",
         {"touched (R, C)", "pressure (R, C)", "shift (3)"}, [](S& one, Bytes touched, const float* pressure, const Eigen::Vector3d& shift) {
             return change(one, [&](S& next) { return next.move(touched, pressure, {shift[0], shift[1], shift[2]}); });
@@ -137,7 +136,6 @@ void bind_motion(py::module_& module) {
     determine<T> = [](const T& one, Lengths& of) { determine<SurfaceShear>(one.shear, of); };
     init(
         tracker, {"pad", "limits"}, [](const ShearPad& pad, const MotionLimits& limits) { return T(pad, limits); }, MotionLimits());
-    def(tracker, "reset", "Nothing touches.", {}, &T::reset);
     def(
         tracker, "process", "ObjectMotion in one frame, with touched not empty: PressedPad in src/taxel/tracker.hpp.",
         {"pressure (R, C)", "touched (R, C)", "seen (R, C)", "sigma", "stamp", "can_roll"},
@@ -172,7 +170,9 @@ void bind_estimator(py::module_& module) {
             return one.process(one.signal.load(sheet(frame), full_scale, stamp));
         });
     def(estimator, "load", "The load in a frame at stamp, s, for a method of its own.", {"frame (R, C)", "full_scale", "stamp"},
-        [](Estimator& one, const Floats& frame, double full_scale, double stamp) { return one.signal.load(sheet(frame), full_scale, stamp); });
+        [](Estimator& one, const Floats& frame, double full_scale, double stamp) {
+            return one.signal.load(sheet(frame), full_scale, stamp);
+        });
     def(estimator, "complete", "All results of a load whose contacts are at regions; centre: m, of the contact and of its pressure.",
         {"load", "regions", "centre (2)"}, [](Estimator& one, const Load& load, const Regions& regions, const Eigen::Vector2d& centre) {
             return one.complete(load, {regions, load.pressure, {}}, centre);

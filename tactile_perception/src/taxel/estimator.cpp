@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/region_moments.hpp"
+#include "taxel/constants.hpp"
 
 namespace tactile::taxel {
 namespace {
@@ -18,12 +19,6 @@ using Eigen::Vector3d;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
-constexpr double OUTLINE_SIGMA = 0.5;     // pitches, of the vertices of an outline in the test of roundness
-constexpr double MAX_STEP = 1.5;          // pitches between the borders of a contact in two consecutive frames
-constexpr double MIN_PEAK_SIGMAS = 40;    // higher peaks are contacts at once, lower ones if largest or persistent: faces start in pieces
-constexpr double POSITION_SIGMA = 0.03;   // pitches, of a centroid
-constexpr double ROUGHNESS_SIGMAS = 17;   // of the peak at which a position's error is a pad thickness; it falls with the third power
-constexpr double FAR = 4;                 // radii of the contact: a centre of rotation farther away counts as a translation
 
 // Covariance of a motion in the x-y plane from that of x, y and the rotation about z: the others are 0 by definition.
 Matrix6 planar(const Eigen::Matrix3d& covariance) {
@@ -118,7 +113,7 @@ void Estimator::add_region(const Observation& observation, double interval, Foun
     const std::array<double, 6> total = total_of(regions);
     found.area = total[0];
     found.centroid = {total[1] / total[0], total[2] / total[0], 0};
-    if (!regions.broken) found.axes = axes_of(total, found, OUTLINE_SIGMA * settings_.pad.pitch);
+    if (!regions.broken) found.axes = axes_of(total, found, TAXEL.outline_sigma * settings_.pad.pitch);
     if (const auto& motion = observation.motion; motion && std::isfinite(motion->step_turn) && interval > 0) {
         found.motion_translation = {motion->step.x(), motion->step.y(), 0};
         found.motion_rotation = {0, 0, std::sin(0.5 * motion->step_turn), std::cos(0.5 * motion->step_turn)};
@@ -133,17 +128,17 @@ void Estimator::add_contacts(const Observation& observation, const Load& load, F
     const double pitch = settings_.pad.pitch, thickness = settings_.pad.thickness * pitch;
     std::vector<TrackedRegion> to_track;
     for (const Region& one : regions.all) to_track.push_back({one.label, one.centroid(), one.integrals[0]});
-    const auto tracked = tracker_.assign(regions.labels, to_track, MAX_STEP * pitch, load.stamp);
+    const auto tracked = tracker_.assign(regions.labels, to_track, TAXEL.max_step * pitch, load.stamp);
     // The lead is anywhere from none to that which is subtracted. It follows from a balance of moments of a pad of the stated thickness and
     // from a traction that no taxel measures: a thinner pad, or an object that creeps, has less of it.
     const Vector2d lead = 1 / std::sqrt(3.0) * mechanics_.tracker.lead;
     for (std::size_t k = 0; k < tracked.size(); ++k) {
         const Region& region = regions.all[k];
-        if (!(k == 0 || tracked[k].is_persistent() || region.peak >= MIN_PEAK_SIGMAS * load.noise)) continue;
+        if (!(k == 0 || tracked[k].is_persistent() || region.peak >= TAXEL.min_peak_sigmas * load.noise)) continue;
         double depth = grasped.depth > 0 ? grasped.depth : UNKNOWN;
         if (!std::isfinite(depth) && settings_.known) depth = region.peak * thickness / settings_.stiffness;
-        const double light = thickness * std::pow(ROUGHNESS_SIGMAS * load.noise / region.peak, 3);
-        const double alone = std::pow(POSITION_SIGMA * pitch, 2) + light * light;
+        const double light = thickness * std::pow(TAXEL.roughness_sigmas * load.noise / region.peak, 3);
+        const double alone = std::pow(TAXEL.centroid_sigma * pitch, 2) + light * light;
         Eigen::Matrix3d covariance = Eigen::Matrix3d::Constant(UNKNOWN);
         covariance.topLeftCorner<2, 2>() = alone * Eigen::Matrix2d::Identity() + lead * lead.transpose();
         Vector3d position = to_track[k].centroid;
@@ -218,7 +213,7 @@ Sliding Estimator::sliding(const Observation& observation) const {
     found.rotation_center.setConstant(UNKNOWN);
     if (turn != 0) {  // else a translation, or the rotation is not observable
         const Vector2d centre(-motion.linear.y() / turn, motion.linear.x() / turn);
-        if ((centre - sum / count).norm() < FAR * std::sqrt(count / M_PI) * settings_.pad.pitch)
+        if ((centre - sum / count).norm() < TAXEL.max_turn_radius * std::sqrt(count / M_PI) * settings_.pad.pitch)
             found.rotation_center = {centre.x(), centre.y(), 0};
     }
     return found;

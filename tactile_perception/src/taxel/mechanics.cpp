@@ -5,12 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "taxel/constants.hpp"
+
 namespace tactile::taxel {
-namespace {
-
-constexpr double ASSUMED_SLIDE = 0.1;  // thicknesses by which a typical pad is dragged before it slips
-
-}  // namespace
 
 Observation Mechanics::process(const float* pressure, double sigma, const std::uint8_t* full, double stamp, bool can_roll) {
     const ShearPad& pad = tracker.shear.pad();
@@ -35,7 +32,7 @@ Observation Mechanics::process(const float* pressure, double sigma, const std::u
         for (std::ptrdiff_t k = 0; k < size; ++k)
             if (touched[k]) load += found.surface[k], ++count;
         const double shear_modulus = pad.stiffness * pad.thickness * pad.pitch;
-        unit_ = static_cast<float>(ASSUMED_SLIDE * shear_modulus / (pad.friction * std::max(load / count, 1e-6)));
+        unit_ = static_cast<float>(TAXEL.assumed_slide * shear_modulus / (pad.friction * std::max(load / count, 1e-6)));
     }
     std::vector<float> in_pascal = found.surface;
     for (float& value : in_pascal) value *= unit_;

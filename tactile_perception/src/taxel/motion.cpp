@@ -15,6 +15,7 @@
 #include "common/pseudo_inverse.hpp"
 #include "common/solver.hpp"
 #include "common/wide.hpp"
+#include "taxel/constants.hpp"
 
 namespace tactile::taxel {
 
@@ -24,20 +25,9 @@ namespace {
 
 using Eigen::Vector4d;
 
-constexpr double QUANTILE = 0.9;  // of the edges' distances, is the reach: a few edges beside the contact must not count
-constexpr int MAX_STEPS = 4;
-constexpr double CONVERGED = 0.04;    // taxels: a step below it leaves an error of about a tenth of it
-constexpr Tukey KERNEL{4.685};        // standard deviations: 95 percent efficiency for Gaussian noise
-constexpr double MIN_SPREAD = 0.015;  // least standard deviation of the image's residuals
-constexpr double MAX_FIT = 1e6;       // taxels, of a guess, beyond which the fit has failed
-constexpr int SEARCH = 6;             // taxels around a guess that are searched: 0.6 m/s at 100 frames/s of 1 mm taxels
-constexpr double ACCEPTED = 0.2;      // standard deviation of an image's residuals, up to which a fit holds; of an image of about 0.8
-// Least information on a motion, over the best direction: the rough edge of a half plane has up to 0.06 on a shift, a bar of 5 : 2 has 0.4;
-// a face of 3 : 2 has 0.06 on a turn, a ring has only that of its roughness, so many times one over the number of edges.
-constexpr double INFORMATION = 0.04, ROUGHNESS = 3;
+constexpr Tukey KERNEL{4.685};       // standard deviations: 95 percent efficiency for Gaussian noise
 constexpr int UNKNOWNS = 4;
 constexpr double NEGLIGIBLE = 1e-9;  // of the largest eigenvalue: rounding
-constexpr double JUMP = 5;           // taxels in a frame, of a centroid: no motion
 constexpr float TINY = 1e-12f;       // against a division by zero
 
 // Cubic B-spline at the four taxels around a point, part past the second.
@@ -107,7 +97,7 @@ EdgeKeyframe::EdgeKeyframe(const Picture& picture, double steep) {
     middle /= static_cast<double>(count());
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     for (const Edge& edge : edges_) far.push_back((edge.position - middle).norm());
-    reach = std::max(smallest(std::move(far), std::lround(QUANTILE * static_cast<double>(count() - 1))), 1e-6);
+    reach = std::max(smallest(std::move(far), std::lround(TAXEL.reach_quantile * static_cast<double>(count() - 1))), 1e-6);
     for (Edge& edge : edges_) {
         edge.position -= middle;
         edge.slopes[2] = (edge.position.x() * edge.slopes[1] - edge.position.y() * edge.slopes[0]) / reach;
@@ -120,7 +110,7 @@ EdgeKeyframe::EdgeKeyframe(const Picture& picture, double steep) {
 // direction by chance.
 void EdgeKeyframe::find_observable(const Eigen::Matrix4d& normal) {
     if (count() < UNKNOWNS) return;
-    const double least = (INFORMATION + ROUGHNESS / static_cast<double>(count())) * (normal(0, 0) + normal(1, 1));
+    const double least = (TAXEL.min_information + TAXEL.roughness / static_cast<double>(count())) * (normal(0, 0) + normal(1, 1));
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> shifts(normal.topLeftCorner<2, 2>());
     double turn_alone = normal(2, 2);  // information on a turn that no shift explains
     blind_ = false;
@@ -147,11 +137,11 @@ std::optional<KeyframeMotion> EdgeKeyframe::motion(const Picture& picture, const
     if (!determined_) return {};
     const Eigen::Vector4d start = visible_ * guess;
     Registration found = fitted(picture, start);
-    if (!(found.spread <= ACCEPTED) && start.cwiseAbs().maxCoeff() < MAX_FIT) {
+    if (!(found.spread <= TAXEL.max_spread) && start.cwiseAbs().maxCoeff() < TAXEL.max_fit) {
         const Registration far = fitted(picture, searched(picture, start));
         if (far.spread < found.spread) found = far;
     }
-    if (!(found.spread <= ACCEPTED)) return {};
+    if (!(found.spread <= TAXEL.max_spread)) return {};
     const double turn = turns_ ? found.fit[2] / reach : std::numeric_limits<double>::quiet_NaN();
     return KeyframeMotion{found.fit, turn, reach, found.spread * position_sigma_, blind_};
 }
@@ -159,8 +149,8 @@ std::optional<KeyframeMotion> EdgeKeyframe::motion(const Picture& picture, const
 Eigen::Vector4d EdgeKeyframe::searched(const Picture& picture, const Eigen::Vector4d& guess) const {
     Eigen::Vector4d best = guess;
     double least = std::numeric_limits<double>::infinity();
-    for (int down = -SEARCH; down <= SEARCH; ++down) {
-        for (int across = -SEARCH; across <= SEARCH; ++across) {
+    for (int down = -TAXEL.search; down <= TAXEL.search; ++down) {
+        for (int across = -TAXEL.search; across <= TAXEL.search; ++across) {
             const Eigen::Vector4d start = guess + visible_ * Eigen::Vector4d(across, down, 0, 0);
             double sum = 0;
             for (const Edge& edge : edges_) {
@@ -204,7 +194,7 @@ class EdgeKeyframe::Problem {
             residuals_[k] = std::isfinite(residual) ? residual : 0;
         }
         found.spread = SIGMA_PER_MAD * (size.empty() ? 0 : smallest(size, static_cast<std::ptrdiff_t>(size.size() / 2)));
-        found.spread = std::max(found.spread, MIN_SPREAD);
+        found.spread = std::max(found.spread, TAXEL.min_spread);
         for (std::size_t k = 0; k < size.size(); ++k) weights_[k] = KERNEL.weight(size[k] / found.spread);
         found.add(rows_, residuals_, weights_);
         found.information.diagonal().array() += 1e-9 * found.information.trace() + 1e-12;
@@ -212,7 +202,7 @@ class EdgeKeyframe::Problem {
     }
     bool is_settled(const Equations&, const Vector4d& step, double) const {
         const double largest = step.cwiseAbs().maxCoeff();
-        return !(largest >= CONVERGED && largest < MAX_FIT);
+        return !(largest >= TAXEL.registration_step && largest < TAXEL.max_fit);
     }
 
  private:
@@ -224,7 +214,7 @@ class EdgeKeyframe::Problem {
 
 EdgeKeyframe::Registration EdgeKeyframe::fitted(const Picture& picture, const Vector4d& guess) const {
     Problem problem(*this, picture);
-    const auto& [at, left] = minimise(problem, guess, MAX_STEPS - 1);
+    const auto& [at, left] = minimise(problem, guess, TAXEL.max_steps - 1);
     const std::optional<Vector4d> last = step_from<Problem::Equations, Vector4d>(at, nullptr, 0);
     return {at.state + last.value_or(left), at.spread};
 }
@@ -256,8 +246,8 @@ std::optional<KeyframeMotion> CentroidKeyframe::motion(const Picture& picture, c
     for (std::size_t k = 0; k < either.size(); ++k) either[k] |= touched[k];
     const Eigen::Vector2d shift = centroid(picture.pressure, either.data(), picture.rows, picture.columns) -
                                   centroid(pressure_.data(), either.data(), picture.rows, picture.columns);
-    if (!(shift.norm() < JUMP)) return {};
-    return KeyframeMotion{{shift.x(), shift.y(), 0, 0}, std::numeric_limits<double>::quiet_NaN(), 1, CENTROID_SIGMA, false};
+    if (!(shift.norm() < TAXEL.max_jump)) return {};
+    return KeyframeMotion{{shift.x(), shift.y(), 0, 0}, std::numeric_limits<double>::quiet_NaN(), 1, TAXEL.few_taxels_sigma, false};
 }
 
 // Velocity from the longest stretch of the past in which it was constant: lines are fitted to ever longer stretches, as long as the
@@ -269,7 +259,6 @@ using Eigen::Vector3d;
 
 constexpr double WHOLE = 1 + 1e-6;  // of a stretch: a frame at its beginning belongs to it
 constexpr double LARGEST = std::numeric_limits<double>::max();
-constexpr std::ptrdiff_t MIN_FRAMES = 4;  // frames for a velocity that is reported: two more than a line needs
 
 // Standard deviation of the first two coordinates, by the median length of their third differences, in which a steady acceleration has no
 // part; without the last one, in which a motion may begin.
@@ -317,7 +306,8 @@ void fit_line(const std::vector<double>& times, const std::vector<Vector3d>& pos
 
 PathMotion Path::add(double time, const Vector3d& pose, const Vector3d& rest, const Eigen::Vector2d& arm, double reach) {
     std::size_t old = 0;
-    while (past_.size() - old >= static_cast<std::size_t>(MIN_FRAMES) && past_[old].time < time - rule_.window * WHOLE) ++old;
+    const auto fewest = static_cast<std::size_t>(TAXEL.min_velocity_frames);
+    while (past_.size() - old >= fewest && past_[old].time < time - rule_.window * WHOLE) ++old;
     past_.erase(past_.begin(), past_.begin() + static_cast<std::ptrdiff_t>(old));
     past_.push_back({time, pose, rest});
     std::vector<double> times;
@@ -338,8 +328,8 @@ PathMotion Path::add(double time, const Vector3d& pose, const Vector3d& rest, co
         *at = {(*at)[0] + turn * arm[1], (*at)[1] - turn * arm[0], turn};
     }
     for (Vector3d* one : {&found.reported, &found.hidden, &found.bend}) one->setConstant(std::numeric_limits<double>::quiet_NaN());
-    if (frames < MIN_FRAMES) return found;
-    std::ptrdiff_t first = frames - MIN_FRAMES;
+    if (frames < TAXEL.min_velocity_frames) return found;
+    std::ptrdiff_t first = frames - TAXEL.min_velocity_frames;
     while (first > 0 && times[first - 1] >= time - rule_.reported * WHOLE) --first;
     double mean = 0, square = 0;
     for (std::ptrdiff_t k = first; k < frames; ++k) mean += times[k] / static_cast<double>(frames - first);

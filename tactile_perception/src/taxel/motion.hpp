@@ -83,7 +83,6 @@ class CentroidKeyframe {
     std::vector<std::uint8_t> touched_;
 };
 
-constexpr double CENTROID_SIGMA = 0.3;  // taxels, of the centroid of few of them, as pressure shifts without motion
 
 // How an object's motion is found. Times in s, lengths in m.
 struct PathRule {

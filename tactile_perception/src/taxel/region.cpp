@@ -13,6 +13,7 @@
 
 #include "common/grid.hpp"
 #include "common/outlines.hpp"
+#include "taxel/constants.hpp"
 
 namespace tactile::taxel {
 
@@ -27,24 +28,6 @@ using Values = std::vector<float>;
 using Six = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr double NOISE = 10;  // sigmas, least level: a false taxel in a hundred thousand frames, also of correlated noise
-// Thicknesses: pressure at the border of a curved face over the slope with which the fitted level runs out to zero there. By theory at most
-// 0.22, 1 / sqrt(2 pi) of the width of the Gaussian by which the pad blurs pressure; less, since the pad stiffens under deep presses and
-// its pressure runs out more gently than a paraboloid.
-constexpr double BORDER_RAMP = 0.165;
-constexpr double SMOOTH = 0.5;              // thicknesses, of the Gaussian that averages noise, differences of gain and roughness
-constexpr double LEAST_SMOOTH = 0.5;        // taxels, of that Gaussian
-constexpr std::ptrdiff_t SURROUNDING = 2;   // taxels around a region that share its force: a pad of 2 mm on taxels of 1 mm (paper)
-constexpr std::ptrdiff_t MAX_REGIONS = 64;  // an image with more is broken: more than fingers can make
-constexpr double LEAST_AREA =
-    0.25;                     // taxels, of a piece: half of that of a single taxel of full score; noise at a border makes smaller ones
-constexpr float GAP = 0.35f;  // of the level, down to which a dip in a contact is closed; well below the share
-constexpr std::ptrdiff_t ENOUGH = 16;  // taxels from which a level is fitted; over two for each of the 6 coefficients
-// Parts of the plane's residual variance that a quadratic explains, from which it has a share in the level, and from which it is the level.
-// Between them both count, since a hard choice would shift the border of a contact from frame to frame.
-constexpr double BENT_FROM = 0.2, BENT_WHOLLY = 0.4;
-constexpr float MIN_LEVEL = 0.3f, MAX_LEVEL = 1.7f;  // bounds of the level relative to what is near it
-constexpr double WIDEST = 2.5;                       // see Level::find_dome; 2 for a paraboloid, over 4 for a disc wider than 4 thicknesses
 
 // Within 0 and 1; 0 for NaN.
 float clipped(float value) {
@@ -71,7 +54,9 @@ struct Level {
     }
 
     // Level bounded to what is usual, for the step at the border of a flat face.
-    float step(double y, double x) const { return static_cast<float>(std::min(std::max(value(y, x), MIN_LEVEL * mean), MAX_LEVEL * mean)); }
+    float step(double y, double x) const {
+        return static_cast<float>(std::min(std::max(value(y, x), TAXEL.min_level * mean), TAXEL.max_level * mean));
+    }
 
     // Slope per taxel with which a dome runs out to zero in the direction of (y, x) from its top.
     float ramp(double y, double x) const {
@@ -80,7 +65,7 @@ struct Level {
         return fallen > 1e-6 * top ? static_cast<float>(std::sqrt((down * down + across * across) * top / fallen)) : 0;
     }
 
-    // Makes it a dome if it is one: its foot encloses at most WIDEST times the taxels with half of the pressure at its top.
+    // Makes it a dome if it is one: its foot encloses at most max_foot times the taxels with half of the pressure at its top.
     template <class Count>
     void find_dome(Count above) {
         const double determinant = 4 * share[3] * share[5] - share[4] * share[4];
@@ -89,11 +74,11 @@ struct Level {
         top_x = (share[4] * share[1] - 2 * share[3] * share[2]) / determinant;
         top = value(top_y, top_x);
         const double foot = 2 * M_PI * top / std::sqrt(determinant);
-        dome = top > 0 && foot < WIDEST * static_cast<double>(above(static_cast<float>(top / 2)));
+        dome = top > 0 && foot < TAXEL.max_foot * static_cast<double>(above(static_cast<float>(top / 2)));
     }
 };
 
-// Weighted least squares in a box; weight(r, c): of 0 to 1. Nothing where fewer than ENOUGH taxels count.
+// Weighted least squares in a box; weight(r, c): of 0 to 1. Nothing where fewer than min_level_taxels count.
 template <class Weight>
 std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const Box& box, Weight weight) {
     Level level{{}, 0.5 * static_cast<double>(box.top + box.bottom - 1), 0.5 * static_cast<double>(box.left + box.right - 1), 0};
@@ -129,7 +114,7 @@ std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const
             power *= y;
         }
     }
-    if (count < ENOUGH) return {};
+    if (count < TAXEL.min_level_taxels) return {};
     constexpr int DOWN[] = {0, 1, 0, 2, 1, 0}, ACROSS[] = {0, 0, 1, 0, 1, 2};  // powers of y and x of each term
     Matrix6 normal;
     Six sums;
@@ -141,7 +126,7 @@ std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const
     normal.diagonal().array() += 1e-6 * static_cast<double>(count);
     const Six plane = solved(normal, sums, 3), bent = solved(normal, sums, 6);
     const double explained = 1 - (square - bent.dot(sums)) / std::max(square - plane.dot(sums), 1e-300);
-    const double curved = std::clamp((explained - BENT_FROM) / (BENT_WHOLLY - BENT_FROM), 0.0, 1.0);
+    const double curved = std::clamp((explained - TAXEL.bent_from) / (TAXEL.bent_wholly - TAXEL.bent_from), 0.0, 1.0);
     const double second = scale * scale;
     level.share = (plane + curved * (bent - plane)).cwiseProduct((Six() << 1, scale, scale, second, second, second).finished());
     return level;
@@ -176,7 +161,7 @@ class Border {
 
  private:
     void fit(const std::vector<std::int32_t>& labels, std::int32_t label, const Component& patch, std::ptrdiff_t half) {
-        if (patch.count < ENOUGH) return;
+        if (patch.count < TAXEL.min_level_taxels) return;
         const auto inside = [&](const Values& weights, bool all) {
             return fitted(pressure_, columns_, patch.box, [&](std::ptrdiff_t r, std::ptrdiff_t c) {
                 const std::ptrdiff_t k = r * columns_ + c;
@@ -227,7 +212,7 @@ class Border {
     Values largest_, soft_, inner_;  // largest: within a thickness
 };
 
-// Fills dips in which pressure stays above GAP of the level: a rough face, no hole.
+// Fills dips in which pressure stays above max_dip of the level: a rough face, no hole.
 void close(Values& score, std::ptrdiff_t rows, std::ptrdiff_t columns, float free_below) {
     std::vector<std::uint8_t> above(score.size());
     for (std::size_t k = 0; k < score.size(); ++k) above[k] = score[k] > LEVEL;
@@ -257,14 +242,14 @@ void close(Values& score, std::ptrdiff_t rows, std::ptrdiff_t columns, float fre
 }  // namespace
 
 ScoreRule ScoreRule::of(double thickness, std::ptrdiff_t side, double sigma) {
-    const double least = NOISE * sigma;
-    return {std::max(SMOOTH * thickness, LEAST_SMOOTH), std::clamp<std::ptrdiff_t>(std::lrint(thickness), 1, side),
-            static_cast<float>(std::isfinite(least) ? std::clamp(least, 1e-30, 1e30) : 1e30), static_cast<float>(BORDER_SHARE),
-            static_cast<float>(BORDER_RAMP * thickness)};
+    const double least = TAXEL.level_sigmas * sigma;
+    return {std::max(TAXEL.score_width * thickness, TAXEL.min_score_width), std::clamp<std::ptrdiff_t>(std::lrint(thickness), 1, side),
+            static_cast<float>(std::isfinite(least) ? std::clamp(least, 1e-30, 1e30) : 1e30), static_cast<float>(TAXEL.border_share),
+            static_cast<float>(TAXEL.border_ramp * thickness)};
 }
 
 RegionRule RegionRule::of(double reach, std::ptrdiff_t side, double pitch) {
-    return {LEVEL, std::min<std::ptrdiff_t>(std::lrint(0.5 * reach), side), SURROUNDING, MAX_REGIONS, LEAST_AREA, pitch};
+    return {LEVEL, std::min<std::ptrdiff_t>(std::lrint(0.5 * reach), side), TAXEL.load_margin, TAXEL.max_regions, TAXEL.min_area, pitch};
 }
 
 std::vector<float> contact_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
@@ -285,7 +270,7 @@ std::vector<float> contact_score(const float* pressure, const std::uint8_t* full
     }
     const Border border(near.data(), hidden.data(), box.rows(), box.columns(), rule);
     for (std::size_t k = 0; k < near.size(); ++k) near[k] = clipped(0.5f * near[k] / border.expected[k]);
-    close(near, box.rows(), box.columns(), 0.5f * GAP / rule.share);
+    close(near, box.rows(), box.columns(), 0.5f * TAXEL.max_dip / rule.share);
     for (std::ptrdiff_t r = 0; r < box.rows(); ++r)
         std::copy_n(near.begin() + r * box.columns(), box.columns(), score.begin() + (box.top + r) * columns + box.left);
     return score;

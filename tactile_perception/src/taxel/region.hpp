@@ -14,10 +14,6 @@
 namespace tactile::taxel {
 
 constexpr double LEVEL = 0.5;  // score at the border of a contact
-// Pressure under a bonded elastic layer at the border of a rigid face pressed on it, as a part of that under its inside: 0.59 to 0.63 at
-// Poisson ratios of 0.3 to 0.4, whatever the face's width (2.5 to 20 thicknesses) and the load; under 0.6 where the layer can hardly
-// shrink.
-constexpr double BORDER_SHARE = 0.6;
 
 // What the pad makes of the pressure at the border of a contact. Lengths in taxels.
 //

@@ -7,26 +7,19 @@
 #include <limits>
 
 #include "common/pseudo_inverse.hpp"
+#include "taxel/constants.hpp"
 
 namespace tactile::taxel {
 namespace {
 
-constexpr double REST_S = 0.1;       // s, over which the picture before a motion is averaged
-constexpr double STIFFENED = 2;      // of the pad's shear stiffness, that of a contact at most, whose surroundings hold it, too
-constexpr double SMOOTH = 0.5;       // taxels, of the Gaussian before slopes are taken
 constexpr double NEGLIGIBLE = 1e-9;  // of the largest eigenvalue: rounding
-constexpr double BEHIND = -6;        // sigmas of a traction against the motion; a stronger one is limited to this
-// Variance of pressure over that of the area, of a curved face (0.6 to 0.67 where pressure is a paraboloid, 0.75 to 0.8 by Hertz) and of a
-// flat one, which the pad blurs.
-constexpr double CURVED = 0.7, FLAT = 0.95;
-constexpr std::ptrdiff_t MIN_SIDE = 4;  // taxels of an array that shows a traction
 
 // Log odds that there is no traction, against one anywhere between 0 and most, given an observed traction with noise sigma; 0 where no
 // traction is possible.
 double odds_of_none(double traction, double most, double sigma) {
     if (!(most > 0)) return 0;
     most /= sigma;
-    const double seen = std::min(std::max(traction / sigma, BEHIND), most);  // a traction above most is evidence for traction
+    const double seen = std::min(std::max(traction / sigma, TAXEL.min_traction_sigmas), most);  // one above most is evidence for traction
     const double some = std::sqrt(M_PI / 2) * (std::erfc(-seen * M_SQRT1_2) - std::erfc((most - seen) * M_SQRT1_2)) / most;
     return -0.5 * seen * seen - std::log(some);
 }
@@ -50,7 +43,7 @@ double odds_of_curved(const float* pressure, const std::uint8_t* touched, const 
         loaded += by_load * by_load * loads[k] / load;
     }
     if (!(load * area > 0)) return 0;
-    const double spread = loaded / area, off = spread - CURVED, flat = spread - FLAT;
+    const double spread = loaded / area, off = spread - TAXEL.curved_spread, flat = spread - TAXEL.flat_spread;
     const double exponent = (off * off - flat * flat) / (2 * sigma * sigma);
     return -(std::max(exponent, 0.0) + std::log1p(std::exp(-std::abs(exponent))));
 }
@@ -65,7 +58,7 @@ void RollWatch::rest(const float* pressure, std::ptrdiff_t size, bool same_load,
     estimator_.resize(4, 0);
     near_ = true;
     ++frames_;
-    newest_ = std::max(1 / static_cast<double>(frames_), std::min((stamp - rested_) / REST_S, 1.0));
+    newest_ = std::max(1 / static_cast<double>(frames_), std::min((stamp - rested_) / TAXEL.rest_s, 1.0));
     rested_ = stamp;
     for (std::ptrdiff_t k = 0; k < size; ++k) before_[k] += (pressure[k] - before_[k]) * static_cast<float>(newest_);
 }
@@ -80,7 +73,7 @@ std::vector<double> RollWatch::within_box(const float* values, std::ptrdiff_t co
 bool RollWatch::follow(const SurfaceShear& shear, const float* pressure, double sigma, const std::uint8_t* touched,
                        const Eigen::Vector2d& pulled, double mean) {
     const ShearPad& pad = shear.pad();
-    if (std::min(pad.rows, pad.columns) < MIN_SIDE || before_.empty()) return false;
+    if (std::min(pad.rows, pad.columns) < TAXEL.min_side || before_.empty()) return false;
     if (estimator_.cols() == 0) {
         fit(shear, touched);
         pulled_ = pulled, odds_ = 0;
@@ -93,7 +86,7 @@ bool RollWatch::follow(const SurfaceShear& shear, const float* pressure, double 
     near_ = near_ && distance < limits_.key_moved;  // beyond that distance the object keeps its state
     if (near_ && distance > 0) {
         const Eigen::Vector2d along = found.head<2>() / distance;
-        const double most = std::min(pad.friction - pulled_.dot(along), STIFFENED * pad.stiffness * pad.pitch * distance / mean);
+        const double most = std::min(pad.friction - pulled_.dot(along), TAXEL.max_stiffening * pad.stiffness * pad.pitch * distance / mean);
         const double noise = std::hypot(noise_ * sigma, limits_.traction * distance);
         odds_ = odds_of_none(found.tail<2>().dot(along), most, noise) + odds_of_curved(pressure, touched, pad, along, limits_.curved);
     }
@@ -105,7 +98,7 @@ void RollWatch::fit(const SurfaceShear& shear, const std::uint8_t* touched) {
     const ShearPad& pad = shear.pad();
     const std::ptrdiff_t plane = pad.rows * pad.columns;
     const Box inside = box_around(touched, pad.rows, pad.columns);
-    box_ = inside.grown(static_cast<std::ptrdiff_t>(std::ceil(SURROUNDINGS * pad.thickness)), pad.rows, pad.columns);
+    box_ = inside.grown(static_cast<std::ptrdiff_t>(std::ceil(TAXEL.surroundings * pad.thickness)), pad.rows, pad.columns);
     double load = 0, count = 0, middle_row = 0, middle_column = 0;
     for (std::ptrdiff_t k = 0; k < plane; ++k) {
         if (!touched[k]) continue;
@@ -115,7 +108,7 @@ void RollWatch::fit(const SurfaceShear& shear, const std::uint8_t* touched) {
     middle_row /= count, middle_column /= count;
     std::vector<float> even(plane), traction(2 * plane);
     for (std::ptrdiff_t k = 0; k < plane; ++k) even[k] = touched[k] ? static_cast<float>(load / count) : 0;
-    blur(even, pad.rows, pad.columns, SMOOTH, Outside::replicated);
+    blur(even, pad.rows, pad.columns, TAXEL.slope_width, Outside::replicated);
     std::vector<double> of_traction[2];
     for (int axis : {0, 1}) {
         std::fill(traction.begin(), traction.end(), 0.0f);
@@ -124,7 +117,7 @@ void RollWatch::fit(const SurfaceShear& shear, const std::uint8_t* touched) {
     }
     const std::vector<double> before = within_box(before_.data(), pad.columns);
     std::vector<float> smooth(before.begin(), before.end());
-    blur(smooth, box_.rows(), box_.columns(), SMOOTH, Outside::replicated);
+    blur(smooth, box_.rows(), box_.columns(), TAXEL.slope_width, Outside::replicated);
     const auto size = static_cast<Eigen::Index>(smooth.size());
     Eigen::Matrix<double, 7, Eigen::Dynamic> terms(7, size);
     const auto slope = [&](std::ptrdiff_t at, std::ptrdiff_t low, std::ptrdiff_t high, std::ptrdiff_t k, std::ptrdiff_t stride) {

@@ -14,24 +14,15 @@
 
 #include "common/grid.hpp"
 #include "common/wide.hpp"
+#include "taxel/constants.hpp"
 
 namespace tactile::taxel {
 namespace {
 
-constexpr int SWEEPS = 12;          // most a frame, continued in the next one
-constexpr float RELAXATION = 1.4f;  // best for a coupling of 2, whose slowest mode Jacobi's method shrinks by 8/9
-constexpr float CONVERGED = 1e-8f;  // m, largest change in a sweep: a hundred thousandth of a taxel of 1 mm
-constexpr float TINY = 1e-12f;      // m, against a division by zero
-constexpr double LITTLE_FRICTION = 0.02;  // over the load; less friction moves the pressure negligibly
-constexpr float UNSEEN_TENSION = 0.5f;    // of a tension; a pressure below that shows the tension
+constexpr float TINY = 1e-12f;  // m, against a division by zero
 
-// A bonded layer by the theory of linear elasticity, for Poisson ratios of 0.3 to 0.49, which hardly matter.
-constexpr double FLATTENED = 0.15;  // attenuation of a pressure wave by the pad over (wave number times thickness) squared
-constexpr double SHARPENED = 0.5;   // thicknesses, width of the Gaussian of the unsharp mask that undoes it
-// Stiffness of a surface wave over (wave number times thickness) squared: about the mean of waves along (0.8) and across (0.3).
-constexpr double COUPLED = 0.5;
-// Pressure under the layer by traction on it, over that of a thin layer (thickness times convergence of traction), as a function of wave
-// number times thickness: within 0.03 two Gaussians.
+// Pressure under a bonded layer (linear elasticity, Poisson ratios of 0.3 to 0.49, which hardly matter) by traction on it, over that of a
+// thin layer (thickness times convergence of traction), as a function of wave number times thickness: within 0.03 two Gaussians.
 struct Spread {
     double share, width;  // width over thickness
 };
@@ -74,17 +65,17 @@ class Contact {
     Contact(const ShearPad& pad, const Box& box, const float* drag, const Pressed& load, const Shift& shift)
         : rows_(box.rows()),
           columns_(box.columns()),
-          coupling_(static_cast<float>(COUPLED * pad.thickness * pad.thickness)),
+          coupling_(static_cast<float>(TAXEL.coupling * pad.thickness * pad.thickness)),
           stiff_(1 + 4 * coupling_),
           carried_{Field(rows_, columns_), Field(rows_, columns_)},
           drag_{carried_[0], carried_[1]},
           limit_(rows_, columns_) {
-        constexpr auto ON_TOP = static_cast<float>(2 * FLATTENED / (SHARPENED * SHARPENED));
+        constexpr auto ON_TOP = static_cast<float>(2 * TAXEL.flattening / (TAXEL.unsharp_width * TAXEL.unsharp_width));
         std::vector<float> smooth(rows_ * columns_);
         for (std::ptrdiff_t r = 0; r < rows_; ++r)
             std::copy_n(load.pressure + (box.top + r) * pad.columns + box.left, columns_, &smooth[r * columns_]);
         const std::vector<float> seen = smooth;
-        blur(smooth, rows_, columns_, SHARPENED * pad.thickness, Outside::replicated);
+        blur(smooth, rows_, columns_, TAXEL.unsharp_width * pad.thickness, Outside::replicated);
         const std::ptrdiff_t plane = pad.rows * pad.columns;
         for (std::ptrdiff_t r = 0; r < rows_; ++r) {
             const double y = pad.pitch * (static_cast<double>(box.top + r) - 0.5 * static_cast<double>(pad.rows - 1));
@@ -103,7 +94,7 @@ class Contact {
 
     void relax() {
         bool moves = true;
-        for (int sweep = 0; sweep < SWEEPS && moves; ++sweep) {
+        for (int sweep = 0; sweep < TAXEL.shear_sweeps && moves; ++sweep) {
             moves = false;
             for (int colour : {0, 1}) {
                 for (Field& field : drag_) field.repeat_border();
@@ -165,12 +156,12 @@ class Contact {
 #pragma GCC ivdep
         for (std::ptrdiff_t k = 0; k < count; ++k) {
             const Traction traction = tractions(x, y, limit, k);
-            const float relaxation = traction.cut ? RELAXATION : 1;  // elements that stick follow the object
+            const float relaxation = traction.cut ? TAXEL.relaxation : 1;  // elements that stick follow the object
             const float change_x = (traction.pull[0] + traction.others[0]) / stiff_ - x.here[k];
             const float change_y = (traction.pull[1] + traction.others[1]) / stiff_ - y.here[k];
             drag_x[k] = x.here[k] + relaxation * change_x;
             drag_y[k] = y.here[k] + relaxation * change_y;
-            moves |= (std::abs(change_x) > CONVERGED) | (std::abs(change_y) > CONVERGED);
+            moves |= (std::abs(change_x) > TAXEL.shear_step) | (std::abs(change_y) > TAXEL.shear_step);
         }
         return moves != 0;
     }
@@ -276,20 +267,20 @@ std::array<double, 2> SurfaceShear::pressure_centre(const float* pressure, const
         sums[1] += force * pad_.pitch * (static_cast<double>(k % columns) - 0.5 * static_cast<double>(columns - 1));
         sums[2] += force * pad_.pitch * (static_cast<double>(k / columns) - 0.5 * static_cast<double>(rows - 1));
     };
-    const auto reach = std::min<std::ptrdiff_t>(std::lrint(SURROUNDINGS * pad_.thickness), std::max(rows, columns));
+    const auto reach = std::min<std::ptrdiff_t>(std::lrint(TAXEL.surroundings * pad_.thickness), std::max(rows, columns));
     const auto near = spread_mask(touched, rows, columns, reach);
     for (std::ptrdiff_t k = 0; k < plane; ++k)
         if (near[k]) add(k, pressure[k]);
     const double load = sums[0];
     if (!(load > 0)) return unknown;
-    if (!(std::hypot(friction[0], friction[1]) > LITTLE_FRICTION * load)) return {sums[1] / load, sums[2] / load};
+    if (!(std::hypot(friction[0], friction[1]) > TAXEL.min_friction * load)) return {sums[1] / load, sums[2] / load};
     const auto count = static_cast<double>(std::count_if(touched, touched + plane, [](std::uint8_t one) { return one != 0; }));
     std::vector<float> even(2 * plane);
     for (std::ptrdiff_t k = 0; k < plane; ++k)
         for (int axis : {0, 1}) even[axis * plane + k] = touched[k] ? static_cast<float>(friction[axis] / (count * area)) : 0;
     const std::vector<float> caused = pressure_of(even.data());
     for (std::ptrdiff_t k = 0; k < plane; ++k)
-        if (!touched[k] && caused[k] < 0 && !(pressure[k] > -UNSEEN_TENSION * caused[k])) add(k, caused[k]);
+        if (!touched[k] && caused[k] < 0 && !(pressure[k] > -TAXEL.unseen_tension * caused[k])) add(k, caused[k]);
     if (!(sums[0] > 0)) return unknown;
     const double thickness = pad_.thickness * pad_.pitch;
     return {(sums[1] - thickness * friction[0]) / sums[0], (sums[2] - thickness * friction[1]) / sums[0]};

@@ -21,7 +21,6 @@ struct ShearPad {
     TACTILE_FIELDS(rows, columns, pitch, thickness, stiffness, friction)
 };
 
-constexpr double SURROUNDINGS = 2.5;  // thicknesses around a contact that show its pressure: beyond the spread of what traction causes
 
 // Rigid motion of the object in one frame: m at the origin, in the middle of the array, and rad.
 struct Shift {

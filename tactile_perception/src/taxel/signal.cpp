@@ -8,23 +8,10 @@
 
 #include "common/grid.hpp"
 #include "common/median.hpp"
+#include "taxel/constants.hpp"
 
 namespace tactile::taxel {
 namespace {
-
-constexpr double QUANTUM = 0.29;             // standard deviation of rounding to whole numbers: 1 / sqrt(12)
-constexpr std::ptrdiff_t QUIET_MARGIN = 3;   // taxels around a quiet one that must be untouched: the pad spreads pressure over 2 taxels
-constexpr float SETTLED = 5;                 // quiet frames of a taxel before it adds to the noise: its mean is then known better than that
-constexpr std::ptrdiff_t NOISE_FRAMES = 50;  // length of the noise's average; once full, one frame in NOISE_INTERVAL updates it
-constexpr std::ptrdiff_t NOISE_INTERVAL = 10;
-constexpr std::size_t SAMPLE = 2000;        // taxels that show the noise: a standard deviation is then known within 2 %
-constexpr double LOOKS_PRESSED = 0.1;       // of the full scale: range of a smoothed first frame with a contact; offsets vary by less
-constexpr float SILENT = 0.1f;              // of both neighbours; a taxel below that is silent, since the pad blurs pressure
-constexpr double PRESSED = 12;              // standard deviations of the noise, from which a taxel is pressed
-constexpr std::uint8_t SILENT_FRAMES = 10;  // without any response before, after which a taxel is dead
-constexpr double SLOPE_SIGMAS = 5;   // of the noise, at which the slope of the response is evaluated: half of the lowest level of a score
-constexpr double SATURATION = 0.995;  // of the full scale, from which a taxel is saturated: one count below 255
-constexpr double SHOWN_TOGETHER = 1;        // taxels, of the Gaussian by which neighbours show together whether their load rises or falls
 
 // Range of a frame after a median of 3 x 3, borders repeated; NaN counts as 0.
 double smooth_range(const Sheet& frame) {
@@ -55,11 +42,11 @@ std::vector<float> about_median(std::vector<float> values) {
     return values;
 }
 
-// Standard deviation of residuals, by the median of the sizes of up to SAMPLE of them; 0 of none.
+// Standard deviation of residuals, by the median of the sizes of up to noise_sample of them; 0 of none.
 double deviation(const std::vector<float>& residuals) {
     if (residuals.empty()) return 0;
     std::vector<float> sizes;
-    for (std::size_t k = 0; k < residuals.size(); k += 1 + residuals.size() / SAMPLE) sizes.push_back(std::abs(residuals[k]));
+    for (std::size_t k = 0; k < residuals.size(); k += 1 + residuals.size() / TAXEL.noise_sample) sizes.push_back(std::abs(residuals[k]));
     const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
     std::nth_element(sizes.begin(), middle, sizes.end());
     return SIGMA_PER_MAD * *middle;
@@ -89,7 +76,7 @@ std::vector<float> Baseline::change(const Sheet& frame, double full_scale) {
         if (takes_zeros_ && 2 * std::count(frame.values.begin(), frame.values.end(), 0.0f) > frame.size())
             std::fill(values_.values.begin(), values_.values.end(), 0.0f);
         else
-            looks_pressed_ = smooth_range(frame) > LOOKS_PRESSED * full_scale;
+            looks_pressed_ = smooth_range(frame) > TAXEL.max_offset_range * full_scale;
     }
     std::vector<float> change(frame.values.size());
     for (std::size_t k = 0; k < change.size(); ++k) {
@@ -101,15 +88,15 @@ std::vector<float> Baseline::change(const Sheet& frame, double full_scale) {
 }
 
 void Baseline::follow(const std::vector<float>& change, const std::uint8_t* touched, double interval) {
-    const auto busy = spread_mask(touched, values_.rows, values_.columns, QUIET_MARGIN);
-    const bool looks = noise_count_ < NOISE_FRAMES || frame_ % NOISE_INTERVAL == 0;
+    const auto busy = spread_mask(touched, values_.rows, values_.columns, TAXEL.quiet_margin);
+    const bool looks = noise_count_ < TAXEL.noise_frames || frame_ % TAXEL.noise_interval == 0;
     const auto drift = static_cast<float>(std::min(interval / time_constant_, 1 / frames_));
     std::vector<float> settled;
     for (std::ptrdiff_t k = 0; k < values_.size(); ++k) {
         if (busy[k] || !std::isfinite(change[k])) continue;
         count_[k] += 1;
         values_.values[k] += change[k] * (count_[k] <= frames_ ? 1 / count_[k] : drift);
-        if (looks && count_[k] > SETTLED) settled.push_back(change[k]);
+        if (looks && count_[k] > TAXEL.min_quiet_frames) settled.push_back(change[k]);
     }
     if (looks) {
         settled_ = settled_ || !settled.empty();
@@ -132,11 +119,11 @@ void Baseline::update_noise(const std::vector<float>& residuals) {
     if (residuals.empty()) return;
     const double sigma = deviation(residuals), keep = static_cast<double>(noise_count_);
     variance_ = (variance_ * keep + sigma * sigma) / (keep + 1);
-    noise_count_ = std::min(noise_count_ + 1, NOISE_FRAMES);
+    noise_count_ = std::min(noise_count_ + 1, TAXEL.noise_frames);
 }
 
 double Baseline::sigma() const {
-    return std::max(QUANTUM, noise_count_ ? std::sqrt(variance_) : spread_);
+    return std::max(TAXEL.rounding_sigma, noise_count_ ? std::sqrt(variance_) : spread_);
 }
 
 void fill(std::vector<float>& values, std::vector<std::uint8_t> missing, std::ptrdiff_t rows, std::ptrdiff_t columns) {
@@ -166,7 +153,7 @@ DeadTaxels::DeadTaxels(std::vector<std::uint8_t> known, std::ptrdiff_t rows, std
     : rows_(rows), columns_(columns), dead_(std::move(known)), silent_(rows * columns), responded_(rows * columns) {}
 
 std::vector<float> DeadTaxels::repaired(const std::vector<float>& change, double sigma) {
-    const auto loud = static_cast<float>(PRESSED * sigma);
+    const auto loud = static_cast<float>(TAXEL.pressed_sigmas * sigma);
     bool any = false;
     for (std::size_t k = 0; k < dead_.size(); ++k)
         if (change[k] > loud) any = responded_[k] = 1;
@@ -188,8 +175,8 @@ void DeadTaxels::detect(const std::vector<float>& change, float loud) {
             float between = 0;
             if (r > 0 && r + 1 < rows_) between = std::min(pressed(k - columns_), pressed(k + columns_));
             if (c > 0 && c + 1 < columns_) between = std::max(between, std::min(pressed(k - 1), pressed(k + 1)));
-            if (between > 0 && change[k] < SILENT * between && silent_[k] < SILENT_FRAMES) ++silent_[k];
-            if (silent_[k] >= SILENT_FRAMES) dead_[k] = 1;
+            if (between > 0 && change[k] < TAXEL.silent_share * between && silent_[k] < TAXEL.silent_frames) ++silent_[k];
+            if (silent_[k] >= TAXEL.silent_frames) dead_[k] = 1;
         }
     }
 }
@@ -223,7 +210,7 @@ std::vector<float> Hysteresis::undone(Sheet shown, double interval) {
         hidden[k] = load - seen;
     }
     // Neighbours show together what is hidden, so that it adds little noise.
-    blur(hidden, shown.rows, shown.columns, SHOWN_TOGETHER, Outside::replicated);
+    blur(hidden, shown.rows, shown.columns, TAXEL.hidden_width, Outside::replicated);
     for (std::size_t k = 0; k < early.size(); ++k) load_[k] = early[k] + hidden[k];
     return load_;
 }
@@ -263,8 +250,8 @@ Load Signal::load(const Sheet& frame, double full_scale, double stamp) {
     found.pressure = dead.repaired(found.change, sigma);
     curve_.apply(found.pressure);
     found.pressure = hysteresis_.undone({frame.rows, frame.columns, std::move(found.pressure)}, found.interval);
-    found.noise = sigma * curve_.slope(SLOPE_SIGMAS * sigma) * noise_gain_;
-    const auto full = static_cast<float>(SATURATION * full_scale);
+    found.noise = sigma * curve_.slope(TAXEL.slope_sigmas * sigma) * noise_gain_;
+    const auto full = static_cast<float>(TAXEL.saturation * full_scale);
     for (std::size_t k = 0; k < found.full.size(); ++k) found.full[k] = frame.values[k] >= full;
     return found;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/grid.hpp"
+#include "taxel/constants.hpp"
 #include "taxel/region.hpp"
 
 namespace tactile::taxel {
@@ -16,19 +17,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-constexpr double SMOOTH = 0.25;              // thicknesses, Gaussian that averages noise: the pad's own blur leaves nothing finer to see
-constexpr double FINEST = 0.5;               // taxels, at least: what is finer is the shape of the taxels themselves
-constexpr double EDGE_SIGMAS = 4;            // of the noise, from which the slope of an image is an edge (one false taxel in 10,000)
-constexpr double SPLINE_VARIANCE = 1.0 / 3;  // taxels^2, of the cubic B-spline by which slopes are taken
-// Taxels, up to which a contact is followed by its pressure's centroid: where the pad is thinner than a taxel, and else.
-constexpr std::ptrdiff_t FEW_COARSE = 40, FEW_FINE = 12;
-constexpr double WINDOW_S = 0.2;      // s, longest stretch of a steady motion
-constexpr double WHOLE = 1 + 1e-6;    // of a stretch: a frame at its beginning belongs to it
-constexpr double WANDERS = 2;         // sigmas of the registration (95 %), by which pressure wanders without motion
-constexpr double CONTINUED = 0.5;     // of the last step, that is expected of the next one
-constexpr double SLIP_SPEED = 0.02;   // m/s, prior: mean speed of an object that slips; an object that is let go has it after 2 ms
-constexpr double LEAST_NOISE = 2e-3;  // taxels, of a position: what registration leaves of the phase between object and taxels
-constexpr double BORDER_LEAD = 0.5;   // thicknesses times traction over pressure, by which the image leads (a bonded elastic layer)
+constexpr double WHOLE = 1 + 1e-6;  // of a stretch: a frame at its beginning belongs to it
 constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
 
 // Square of a deviation without the part that noise of this variance in each of its components has in it.
@@ -47,10 +36,10 @@ MotionTracker::MotionTracker(const ShearPad& pad, const MotionLimits& limits)
     : shear(pad),
       limits_(limits),
       watch_({limits.key_moved, limits.traction, limits.curved}),
-      path_({WINDOW_S, limits.load_s, LEAST_NOISE * pad.pitch, limits.bound}),
+      path_({TAXEL.window_s, limits.load_s, TAXEL.min_noise * pad.pitch, limits.bound}),
       middle_(0.5 * static_cast<double>(pad.columns - 1), 0.5 * static_cast<double>(pad.rows - 1)),
-      blur_(std::max(SMOOTH * pad.thickness, FINEST)),
-      few_(pad.thickness < 1 ? FEW_COARSE : FEW_FINE) {
+      blur_(std::max(TAXEL.image_width * pad.thickness, TAXEL.min_image_width)),
+      few_(pad.thickness < 1 ? TAXEL.few_coarse : TAXEL.few_fine) {
     reset();
 }
 
@@ -75,7 +64,7 @@ ObjectMotion MotionTracker::process(const PressedPad& frame, double stamp, bool 
     const double mean = load / static_cast<double>(count);
     const auto force = shear.force();
     const Vector2d pulled = Vector2d(force[0], force[1]) / std::max(load * pad.pitch * pad.pitch, 1e-12);
-    lead = BORDER_LEAD * pad.thickness * pad.pitch * pulled;
+    lead = TAXEL.border_lead * pad.thickness * pad.pitch * pulled;
     std::vector<float> image(frame.pressure, frame.pressure + size);
     if (count > few_) blur(image, pad.rows, pad.columns, blur_, Outside::replicated);
     const Now now{{image.data(), pad.rows, pad.columns, 0}, frame.touched, count, load, frame.sigma, count <= few_};
@@ -94,7 +83,7 @@ ObjectMotion MotionTracker::process(const PressedPad& frame, double stamp, bool 
     waited_ = waits;
     const Vector3d by_centre = waits ? Vector3d(Vector3d::Zero()) : step_of(*found, mean);
     const Vector3d step = at_origin(by_centre);
-    expected_ = found->fit + CONTINUED * (found->fit - (last_ ? last_->fit : Vector4d(Vector4d::Zero())));
+    expected_ = found->fit + TAXEL.continued * (found->fit - (last_ ? last_->fit : Vector4d(Vector4d::Zero())));
     last_ = found;
     auto [smooth, path] = follow(step, at_origin(seen - by_centre), stamp);
     if (waits || !moves_) {
@@ -146,13 +135,13 @@ ObjectMotion MotionTracker::unknown() {
 // Probability that an object that slips is not seen to, in the direction in which its position is known worst: that it is slower than what
 // the registration would show within the longest stretch of a steady motion.
 double MotionTracker::unseen(const KeyframeMotion& found) const {
-    return found.blind ? 1 : -std::expm1(-WANDERS * found.sigma * shear.pad().pitch / (WINDOW_S * SLIP_SPEED));
+    return found.blind ? 1 : -std::expm1(-TAXEL.wander_sigmas * found.sigma * shear.pad().pitch / (TAXEL.window_s * TAXEL.slip_speed));
 }
 
 // Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation would add
 // up the errors of those positions.
 bool MotionTracker::load_varies(double load, double stamp) {
-    while (!loads_.empty() && loads_.front().first < stamp - WINDOW_S * WHOLE) loads_.pop_front();
+    while (!loads_.empty() && loads_.front().first < stamp - TAXEL.window_s * WHOLE) loads_.pop_front();
     loads_.emplace_back(stamp, load);
     return first_and_change(limits_.load_s).second > limits_.load_change;
 }
@@ -160,8 +149,8 @@ bool MotionTracker::load_varies(double load, double stamp) {
 // Whether the contact has shifted by more than a change of load can explain: a contact that grows on one side only shifts by half of what
 // it grows, and grows by the other half.
 bool MotionTracker::moved(const KeyframeMotion& found, const Now& now) const {
-    const double wanders =
-        now.few ? CENTROID_SIGMA : WANDERS * found.sigma + std::abs(found.fit[3]) + released(limits_.load_s) / shear.pad().pitch;
+    if (now.few) return found.fit.head<2>().norm() > TAXEL.few_taxels_sigma;
+    const double wanders = TAXEL.wander_sigmas * found.sigma + std::abs(found.fit[3]) + released(limits_.load_s) / shear.pad().pitch;
     return found.fit.head<2>().norm() > wanders;
 }
 
@@ -212,7 +201,7 @@ void MotionTracker::state_errors(const KeyframeMotion& found, const Vector3d& re
 // subtracted from the image; that of the new motion is corrected here.
 Vector3d MotionTracker::step_of(const KeyframeMotion& found, double mean) {
     const ShearPad& pad = shear.pad();
-    const double stiff = BORDER_LEAD * pad.thickness * pad.pitch * pad.stiffness / std::max(mean, 1.0);
+    const double stiff = TAXEL.border_lead * pad.thickness * pad.pitch * pad.stiffness / std::max(mean, 1.0);
     const Vector3d moved = since_pose(found);
     // Where the object slips, traction is at its limit and changes its direction only.
     const Vector3d paths(1, 1, found.reach * pad.pitch);
@@ -240,7 +229,7 @@ std::pair<Vector3d, PathMotion> MotionTracker::follow(const Vector3d& step, cons
 bool MotionTracker::is_evident(const PathMotion& path) const {
     const double pitch = shear.pad().pitch;
     if (path.speed <= limits_.begins * path.sigma + limits_.creep * pitch) return false;
-    const double wanders = moves_ ? 0 : WANDERS * last_->sigma * pitch;
+    const double wanders = moves_ ? 0 : TAXEL.wander_sigmas * last_->sigma * pitch;
     return path.speed * path.duration > (wanders + released(path.duration)) * followed_;
 }
 
@@ -272,8 +261,8 @@ void MotionTracker::rekey(const Now& now) {
     if (now.few) {
         centroid_.emplace(picture, now.touched);
     } else {
-        const double noise = now.sigma * scale(now.load) / (std::sqrt(8 * M_PI) * (blur_ * blur_ + SPLINE_VARIANCE));  // of a slope
-        edges_.emplace(picture, std::max(limits_.edge, EDGE_SIGMAS * noise));
+        const double noise = now.sigma * scale(now.load) / (std::sqrt(8 * M_PI) * (blur_ * blur_ + TAXEL.spline_variance));  // of a slope
+        edges_.emplace(picture, std::max(limits_.edge, TAXEL.edge_sigmas * noise));
     }
     reach_ = now.few ? 1 : edges_->reach;
     arm_ = ((now.few ? centroid_->middle : edges_->middle) - middle_) * shear.pad().pitch;
@@ -284,7 +273,7 @@ void MotionTracker::rekey(const Now& now) {
 // 1/Pa that makes pressure an image: over that of the keyframe at this load, scaled as the score of a flat face. The level that is fitted
 // for a contact's border varies by itself from frame to frame.
 double MotionTracker::scale(double load) const {
-    return LEVEL / BORDER_SHARE / std::max(load / static_cast<double>(key_count_), 1e-9);
+    return LEVEL / TAXEL.border_share / std::max(load / static_cast<double>(key_count_), 1e-9);
 }
 
 }  // namespace tactile::taxel
