@@ -111,6 +111,7 @@ CALLS = {
     'find_outlines': (lambda **a: fields(_core.common.find_outlines(**SCORE | a, level=0.5, refine=2)), SCORE),
     'region_axes': (lambda **a: [_core.common.region_axes(**AXES | a, pitch=1e-3)], AXES),
     'contact_point': (contact_point, PATCH | SHAPE),
+    'may_continue': (lambda: [_core.common.may_continue(seen_s=1.0, last_s=1.0, stamp_s=1.1)], {}),
 }
 
 
