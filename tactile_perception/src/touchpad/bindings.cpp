@@ -6,6 +6,8 @@
 #include "bindings/border.hpp"
 #include "touchpad/contact.hpp"
 #include "touchpad/contact_point.hpp"
+#include "touchpad/dot_classifier.hpp"
+#include "touchpad/dot_locator.hpp"
 #include "touchpad/stick_slip.hpp"
 #include "touchpad/water.hpp"
 
@@ -29,9 +31,19 @@ const Ids& checked_id(const Ids& id, const Grid& grid) {
     return id;
 }
 
+const std::vector<double>& checked_rest(const Membrane& membrane, const std::vector<double>& rest) {
+    check_rows("rest", static_cast<py::ssize_t>(rest.size() / 3), membrane.skin().grid.size());
+    return rest;
+}
+
 const DotLoads& checked_size(const DotLoads& loads, py::ssize_t needed) {
     check_rows("loads", static_cast<py::ssize_t>(loads.load.size()), needed);
     return loads;
+}
+
+const WaterColour& checked_noise(const WaterColour& water) {
+    within(water.noise[0] * water.noise[3] - water.noise[1] * water.noise[2], "noise", 1e-300, 1e300);
+    return water;
 }
 
 void bind_water(py::module_& module) {
@@ -50,8 +62,7 @@ void bind_water(py::module_& module) {
     class_of<WaterLengths>(module, "WaterLengths", "Path lengths (N), m, in the water, and their standard deviations.");
     def(module, "water_lengths", "WaterLengths of colours.", {"seen", "water", "glare"},
         [](const DotColours& seen, const WaterColour& water, const Glare& glare) {
-            within(water.noise[0] * water.noise[3] - water.noise[1] * water.noise[2], "noise", 1e-300, 1e300);
-            return water_lengths(water, glare, seen);
+            return water_lengths(checked_noise(water), glare, seen);
         });
     record<SeenDots>(module, "SeenDots", "N dots of a grid, seen and at rest; lengths in m.");
     class_of<WaterRanges>(module, "WaterRanges", "Ranges (N), m, and the derivatives of the light's path length there.");
@@ -83,7 +94,6 @@ void bind_membrane(py::module_& module) {
         [](const Membrane& one) { return one.skin().residual; });
     get(membrane, "scale", "factor on displacements along the rays, as learnt so far", &Membrane::scale);
     get(membrane, "state", "MembraneState of the last frame", &Membrane::state);
-    get(membrane, "started", "whether there is a last frame", [](const Membrane& one) { return !one.state().xyz.empty(); });
     init(
         membrane, {"rest (N, 3)", "rows", "columns", "material", "origin (3)", "model"},
         [](const Doubles& rest, int rows, int columns, const MembraneMaterial& material, const Eigen::Vector3d& origin,
@@ -113,6 +123,29 @@ void bind_membrane(py::module_& module) {
         [](const Membrane& one, const std::vector<std::int64_t>& id, const double* xyz) {
             return one.loads(checked_id(id, one.skin().grid).data(), xyz, static_cast<std::ptrdiff_t>(id.size()));
         });
+    record<PadWater>(module, "PadWater", "Light and water of a pad: src/touchpad/dot_locator.hpp.",
+                     {"ring [0, 4096]", "ring_share [0, 10]"});
+    record<PadGlare>(module, "PadGlare", "Glare of a pad: src/touchpad/dot_locator.hpp.", {"min_ratio [1e-6, 1]"});
+    class_of<LocatedDots>(module, "LocatedDots", "Positions of the dots of one frame: src/touchpad/dot_locator.hpp.", {"xyz (N, 3)"});
+    auto locator = class_of<DotLocator>(module, "DotLocator",
+                                        "Locates the dots of a touchpad, frame by frame. rest: m, of the untouched dots, NaN: unknown.");
+    init(locator, {"camera", "membrane", "rest (K, 3)"},
+         [](const Camera& camera, const Membrane& membrane, const std::vector<double>& rest) {
+             return DotLocator(camera, membrane, checked_rest(membrane, rest));
+         });
+    def(locator, "take_rest", "Take other positions of the untouched dots.", {"membrane", "rest (K, 3)"},
+        [](DotLocator& one, const Membrane& membrane, const std::vector<double>& rest) {
+            one.set_rest(membrane, checked_rest(membrane, rest));
+        });
+    def(locator, "take_water", "Take another water and glare, None for none, and drop the last frame; scale_sigma: see Membrane.reset.",
+        {"water", "glare", "scale_sigma"}, [](DotLocator& one, const PadWater& water, const std::optional<PadGlare>& glare, double sigma) {
+            checked_noise(water.colour);
+            one.set_water(water, glare, sigma);
+        });
+    def(locator, "locate", "LocatedDots id at uv, px, in an image, blue, green, red.", {"image (H, W, 3)", "uv (N, 2)", "id (N)"},
+        [](DotLocator& one, const Array<std::uint8_t>& image, const Doubles& uv, const std::vector<std::int64_t>& id) {
+            return one.locate(image, uv, checked_id(id, one.membrane().skin().grid));
+        });
 }
 
 void bind_contact(py::module_& module) {
@@ -129,12 +162,6 @@ void bind_contact(py::module_& module) {
             ContactPosition contact = contact_point(points, points.length(), region, polygons, nodes_of(wide));
             contact.depth = std::max(contact_depth(points, points.length(), rest, region.pitch), 0.0);  // or NaN
             return contact;
-        });
-    class_of<ContactForces>(module, "ContactForces", "Forces (K, 3), N, of the object on the dots, and their wrench (6) at the origin.",
-                            {"force (K, 3)"});
-    def(module, "contact_forces", "ContactForces of loads.", {"loads", "rows", "columns"},
-        [](const DotLoads& loads, int rows, int columns) {
-            return contact_forces(checked_size(loads, grid_of(rows, columns).size()), {rows, columns});
         });
     using Net = BorderNetwork;
     static_assert(Net::INPUTS == 51 && Net::FIRST == 48 && Net::SECOND == 16);
@@ -168,9 +195,34 @@ void bind_contact(py::module_& module) {
         });
     def(tracker, "displacements -> (K, 2)", "m: displacement of the object over each dot in the last frame, along x and y; NaN: unknown.",
         {}, &StickSlip::displacements);
-    def(tracker, "motion", "Rotation and translation, m, of the largest object that holds dots, since the last frame; NaN: unknown.", {},
-        [](const StickSlip& one) {
-            return std::pair(Eigen::Matrix3d(one.motion().linear()), Eigen::Vector3d(one.motion().translation()));
+    record<RigidMotion>(module, "RigidMotion", "The motion q = rotation @ p + translation, m.");
+    def(module, "fit_rigid",
+        "RigidMotion from points p to q, m, by least squares (Kabsch 1976); None if they do not determine it: fewer than three, or\n"
+        "collinear.",
+        {"p (N, 3)", "q (N, 3)"}, [](const Doubles& p, const double* q) { return fit_rigid(p, q, p.length()); });
+    auto reference =
+        class_of<StickingReference>(module, "StickingReference", "Dots that have stuck since a start: src/touchpad/rigid_motion.hpp.");
+    init(reference, {}, [] { return StickingReference(); });
+    def(reference, "corrected", "RigidMotion of an object since the last frame, by dots at xyz, m, that stick to it.",
+        {"xyz (K, 3)", "sticks (K)", "motion"},
+        [](StickingReference& one, const std::vector<double>& xyz, const std::vector<std::uint8_t>& sticks, const RigidMotion& motion) {
+            return one.corrected(xyz, sticks, motion);
+        });
+    class_of<ClassifiedDots>(module, "ClassifiedDots", "States of the dots of one frame: src/touchpad/dot_classifier.hpp.",
+                             {"displacements (N, 2)", "xyz force (K, 3)"});
+    auto classifier = class_of<DotClassifier>(module, "DotClassifier", "Classifies the dots of a touchpad, frame by frame.");
+    init(classifier, {"membrane", "network", "model"},
+         [](const Membrane& membrane, const BorderNetwork& network, const StickSlipModel& model) {
+             return DotClassifier(membrane, network, model);
+         });
+    def(classifier, "take_rest", "Take another membrane's rest positions, of the same grid.", {"other"}, &DotClassifier::set_rest);
+    def(classifier, "classify",
+        "ClassifiedDots of the seen dots id at xyz, m, so many seconds after the last frame; None if all positions are collinear.",
+        {"id (N)", "xyz (N, 3)", "seconds"},
+        [](DotClassifier& one, const std::vector<std::int64_t>& id, const Doubles& xyz, double seconds) {
+            checked_id(id, one.membrane().skin().grid);
+            const bool is_line = id.size() > 2 && are_collinear(xyz, xyz.length());
+            return is_line ? std::nullopt : std::optional(one.classify(id, xyz, seconds));
         });
 }
 

@@ -67,6 +67,7 @@ class Membrane {
 
     const Skin& skin() const { return skin_; }
     const MembraneState& state() const { return state_; }
+    const Eigen::Vector3d& origin() const { return origin_; }
     double scale() const { return 1 + scale_error_; }
 
     /// Replaces the undeformed membrane, after drift of the reference. The last frame is kept.

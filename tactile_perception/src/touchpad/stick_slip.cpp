@@ -173,9 +173,7 @@ std::vector<double> StickSlip::displacements() const {
     return found;
 }
 
-Eigen::Isometry3d StickSlip::motion() const {
-    Eigen::Isometry3d found;
-    found.matrix().setConstant(NAN);
+std::optional<RigidMotion> StickSlip::motion() const {
     for (const TouchingObject& object : objects_) {
         const Twist twist = object.held_twist();
         if (object.slides() || !twist.allFinite()) continue;
@@ -183,11 +181,9 @@ Eigen::Isometry3d StickSlip::motion() const {
         half << 0, -twist[5], twist[4], twist[5], 0, -twist[3], -twist[4], twist[3], 0;
         half /= 2;
         const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity(), back = (unit - half).inverse();
-        found.linear() = back * (unit + half);
-        found.translation() = back * (twist.head<3>() - 2 * half * object.centre);
-        return found;
+        return RigidMotion{back * (unit + half), back * (twist.head<3>() - 2 * half * object.centre)};
     }
-    return found;
+    return {};
 }
 
 }  // namespace tactile

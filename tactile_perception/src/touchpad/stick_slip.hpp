@@ -3,14 +3,16 @@
 // State of each dot (free, sticking, slipping) from loads and motions, by a model of its object: docs/stick_slip.md.
 #pragma once
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "common/fields.hpp"
 #include "touchpad/membrane.hpp"
+#include "touchpad/rigid_motion.hpp"
 
 namespace tactile {
 
@@ -80,8 +82,8 @@ class StickSlip {
     /// few dots show the motion, as while the object is lifted and its dots spring back.
     std::vector<double> displacements() const;
 
-    /// Motion in the last frame of the largest object to which enough dots stick; NaN without one.
-    Eigen::Isometry3d motion() const;
+    /// Motion in the last frame of the largest object to which enough dots stick, if there is one.
+    std::optional<RigidMotion> motion() const;
 
     std::ptrdiff_t size() const { return grid_.size(); }
     double friction() const;                 // coefficient of the object last seen

@@ -62,8 +62,9 @@ struct RingColours {
     TACTILE_FIELDS(ratios, brightness, count, patchiness)
 };
 
-/// Returns the colours on rings of the given radius, px, around N dots with centres (N, 2), px, in an image (rows, columns, 3). A point with blue below or above
-/// the shares ink and glare of its ring's upper quartile is left out (white light raises blue, the weakest channel in red water, first).
+/// Returns the colours on rings of the given radius, px, around N dots with centres (N, 2), px, in an image (rows, columns, 3). A point
+/// with blue below or above the shares ink and glare of its ring's upper quartile is left out (white light raises blue, the weakest
+/// channel in red water, first).
 RingColours ring_colours(const Array<std::uint8_t>& image, const Array<double>& centres, double radius, double ink, double glare);
 
 /// The colour of the water: the ratios blue/red and green/red are exp(constant - absorption * length), and the covariance of their

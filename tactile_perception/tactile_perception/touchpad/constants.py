@@ -32,13 +32,7 @@ class TouchpadConstants:
     derivative_step: float = constant(1e-6, 'scale', 'numeric', 'of the parameters, for derivatives of the fit to the untouched pad')
     max_fit_steps: int = constant(60, '1', 'numeric', 'of the fit to the untouched pad')
     min_decrease: float = constant(1e-9, '1', 'numeric', 'relative decrease of the sum of losses that continues that fit')
-    min_sticking: int = constant(10, '1', 'limit', 'dots of a fit: its tilt is as precise as ten motions, 0.3 degrees')
-    gain: float = constant(0.15, '1', 'measured',
-                           'of a deviation from the fit, a frame: 0.03 degrees of a motion over 0.2 of a fit to ten to twenty dots')
     min_drift: float = constant(0.02, 'px', 'limit', 'a smaller drift of the reference does not update the membrane')
-    max_mean_change: float = constant(1.0e-3, 'm', 'physical',
-        'water is constant: presses to 5 mm change the mean distance of dots by 0.35 mm, an outside lamp by 0.75')
-    min_extent: float = constant(1.0, 'px', 'limit', 'if all dots lie nearer to the first one, the tracks are wrong and show no shape')
     notch_depth: float = constant(1.3, 'pitch', 'limit', 'of a convexity defect; an outline with a deeper one may be two merged contacts')
     min_dots_for_twist: int = constant(6, '1', 'limit', 'twice the three that determine it')
     sure_but_wrong: float = constant(0.09, '1', 'measured',

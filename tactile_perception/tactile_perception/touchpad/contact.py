@@ -15,12 +15,9 @@ import numpy as np
 from tactile_driver.plugins import PluginTable
 
 from .. import _core
-from ..common.geometry import are_collinear
-from ..common.surface import scatter
-from ..common.surface_points import STICKING
 from ..core.errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
-from .pose import RigidMotion, StickingReference
+from .pose import RigidMotion
 
 _NETWORK = Path(__file__).with_name('border_network.npz')  # fitted by test/benchmark/fit_contact_score.py
 
@@ -102,7 +99,7 @@ class MembraneMethod:
 
     A network decides about contact from a dot's load and the curvature of the skin around it. Its score is half the distance from the
     border in pitches plus 1/2, limited to 0 (free) and 1 (well inside). A dot in contact either sticks to the object or lags behind it,
-    that is, slips. Kernels: src/touchpad/contact.cpp, stick_slip.cpp.
+    that is, slips. Kernel: src/touchpad/dot_classifier.cpp.
 
     origin: (3,) m, camera centre.
     """
@@ -110,50 +107,28 @@ class MembraneMethod:
     def __init__(self, rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray,
                  model: _core.touchpad.StickSlipModel | None = None):
         self._shape, self._material, self._origin = (rows, columns), material, np.asarray(origin, float)
-        self._membrane: Membrane | None = None
-        self._dots = _core.touchpad.StickSlip(rows, columns, self._origin, model or _core.touchpad.StickSlipModel())
-        self._reference = StickingReference()
+        self._model = model or _core.touchpad.StickSlipModel()
+        self._dots: _core.touchpad.DotClassifier | None = None
         self._stamp_s = np.nan
 
     def set_rest(self, rest_xyz: np.ndarray) -> None:
         """Set the reference positions (K, 3), m, of all dots; NaN if unknown. Raises BadArgument if less than half are known."""
-        if self._membrane is None:
-            self._membrane = Membrane(rest_xyz, *self._shape, self._origin, self._material)
+        membrane = Membrane(rest_xyz, *self._shape, self._origin, self._material).core
+        if self._dots is None:
+            self._dots = _core.touchpad.DotClassifier(membrane, border_network(), self._model)
         else:
-            self._membrane.set_rest(rest_xyz)
-        rest = self._membrane.core.rest.reshape(*self._shape, 3)
-        self._pitch = float(np.median(np.linalg.norm(np.diff(rest, axis=1), axis=2)))
+            self._dots.take_rest(membrane)
 
     def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
         """Classify dots ids (N,) at positions xyz (N, 3), m, at stamp_s, s. Raises BadFrame for collinear dots, which span no surface."""
-        xyz = np.asarray(xyz, float)
-        if len(ids) > 2 and are_collinear(xyz):
-            raise BadFrame('the 3D positions of all dots are collinear; check the camera, or take a new reference')
         seconds = stamp_s - self._stamp_s if stamp_s > self._stamp_s else 0.0
-        loads = self._membrane.core.loads(ids, xyz)
-        score = border_network().scores(loads, *self._shape, self._pitch)
-        state = self._dots.update(loads, score, seconds)
+        found = self._dots.classify(ids, xyz, seconds)
+        if found is None:
+            raise BadFrame('the 3D positions of all dots are collinear; check the camera, or take a new reference')
         self._stamp_s = stamp_s
-        force, wrench = np.zeros((len(state), 3)), np.zeros(6)
-        if state.any():
-            found = _core.touchpad.contact_forces(loads, *self._shape)
-            force, wrench = found.force, found.wrench
-        motion = self._motion(ids, xyz, state)
-        return DotClassification(
-            state[ids], score[ids], wrench, self._dots.displacements().take(ids, axis=0), AllDots(loads.xyz, score, state, force),
-            self._dots.confidence[ids], self._dots.objects, motion, seconds)
-
-    def _motion(self, ids: np.ndarray, xyz: np.ndarray, state: np.ndarray) -> RigidMotion | None:
-        """Motion of the object since the last frame; None if unknown. state: (K,), of all dots."""
-        rotation, translation = self._dots.motion()
-        if np.isnan(translation[0]):
-            self._reference.reset()
-            return None
-        motion = RigidMotion(rotation, translation)
-        if len(self._dots.objects) != 1:  # the dots of several objects do not move as one
-            self._reference.reset()
-            return motion
-        return self._reference.corrected(scatter(xyz, ids, len(state)), state == STICKING, motion)
+        return DotClassification(found.state, found.score, found.wrench, found.displacements,
+                                 AllDots(found.xyz, found.all_scores, found.all_states, found.force), found.confidence, found.objects,
+                                 found.motion, seconds)
 
 
 class ContactMethod(Protocol):

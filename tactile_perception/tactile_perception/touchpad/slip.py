@@ -94,7 +94,7 @@ def slip_confidence(state: int, objects: Sequence, previous: int = NONE) -> floa
     if not judged:
         return np.nan
     count, right = sum(one.count for one in judged), 0.0
-    for modes in product(*(range(len(one.odds)) for one in judged)):
-        fraction = sum(one.count * one.slipping[mode] for one, mode in zip(judged, modes)) / count
-        right += math.prod(one.odds[mode] for one, mode in zip(judged, modes)) * (next_state(previous, fraction) == state)
+    slipping = [[one.count * share for share in one.slipping] for one in judged]  # dots of each object, in each of its modes
+    for odds, dots in zip(product(*(one.odds for one in judged)), product(*slipping)):
+        right += math.prod(odds) * (next_state(previous, sum(dots) / count) == state)
     return TOUCHPAD.sure_but_wrong / 2 + (1 - 1.5 * TOUCHPAD.sure_but_wrong) * right  # the two other states are equally likely

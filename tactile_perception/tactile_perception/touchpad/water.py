@@ -4,19 +4,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 from .. import _core
-from .._core.touchpad import RING_POINTS, path_lengths, ring_colours, water_lengths, water_ranges
+from .._core.touchpad import (
+    RING_POINTS,
+    PadGlare,
+    PadWater,
+    SeenColours,
+    WaterColour,
+    path_lengths,
+    ring_colours,
+    water_lengths,
+    water_ranges,
+)
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.geometry import Cap
 from ..common.statistics import SIGMA_PER_MAD, robust_sigma
-from ..common.surface import grid_normals
 from ..core.errors import BadArgument, BadFrame
 from .constants import TOUCHPAD
 
@@ -211,24 +220,12 @@ class Glare:
     field: np.ndarray
     dry: bool = False
 
-
-class SeenGlare(NamedTuple):
-    """Glare at the N dots of one frame.
-
-    excess: (N,), ln(red) minus that expected without glare; sigma: (N,), its standard deviation; size: as in Glare; colour: (N, 2), of the
-    glare over the light that each dot scatters.
-    """
-
-    excess: np.ndarray
-    sigma: np.ndarray
-    size: float
-    colour: np.ndarray
-
-
-@lru_cache(maxsize=8)
-def no_glare(count: int) -> SeenGlare:
-    """Make the glare of count dots on a pad without glare."""
-    return SeenGlare(*np.full((2, count), np.nan), 1.0, np.ones((count, 2)))
+    @property
+    def kernel(self) -> PadGlare:
+        """The same for the kernels."""
+        kind = _core.touchpad.Glare(probability=LIMITS.probability, size=self.size)
+        return PadGlare(colour=self.colour, field=self.field, kind=kind, dry=self.dry, red=LIMITS.red, shading=LIMITS.shading,
+                        min_ratio=TOUCHPAD.min_colour_ratio)
 
 
 def terms(rays: np.ndarray) -> np.ndarray:
@@ -281,63 +278,6 @@ def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray, dy
     return Glare(found, float(np.sqrt(np.mean(share**2))), field, dry)
 
 
-class GlaringPad:
-    """Estimates the glare of a pad frame by frame. absorptions: (2,), of blue and of green minus that of red, 1/m."""
-
-    def __init__(self, glare: Glare, path: LightPath, absorptions: np.ndarray, rows: int, columns: int):
-        self._glare, self._path, self._absorptions, self._shape = glare, path, np.asarray(absorptions), (rows, columns)
-        self._rest: np.ndarray | None = None
-
-    def set_rest(self, positions: np.ndarray, normals: np.ndarray) -> None:
-        """Take the untouched positions (K, 3), m, of all dots of the grid, and the unit normals (K, 3) there; NaN if unknown."""
-        self._normals = normals.reshape(*self._shape, 3)
-        self._rest = self._light(positions)[0]
-
-    def seen(self, brightness: np.ndarray, rays: np.ndarray, ids: np.ndarray, positions: np.ndarray) -> SeenGlare:
-        """Glare at the dots ids (N,), whose brightness is ln(red) (N,) along unit rays (N, 3), on a skin through positions (K, 3), m."""
-        lengths, _, irradiance = (part[ids] for part in self._light(positions))
-        longer = lengths - self._rest[ids]
-        expected = terms(rays) @ self._glare.field + np.log(irradiance) - LIMITS.red * self._absorptions[0] * longer
-        excess = brightness - expected
-        excess -= _gain(excess)
-        return SeenGlare(excess, np.full(len(excess), LIMITS.shading), self._glare.size, self._colour(lengths))
-
-    def _colour(self, lengths: np.ndarray) -> np.ndarray:
-        """Colour (N, 2) of the glare over light that has travelled lengths (N,), m, through the water."""
-        if self._glare.dry:
-            return self._glare.colour * np.exp(np.clip(self._absorptions * lengths[:, None], 0, -np.log(TOUCHPAD.min_colour_ratio)))
-        return np.tile(self._glare.colour, (len(lengths), 1))
-
-    def _light(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """LightPath.light of the skin through positions (K, 3), m. Dots at the border or beside a gap keep their undeformed normals."""
-        normals, inner = self._normals.copy(), np.s_[1:-1, 1:-1]
-        found = grid_normals(positions.reshape(*self._shape, 3))[inner]
-        normals[inner] = np.where(np.isnan(found), normals[inner], found)
-        return self._path.light(positions, normals.reshape(-1, 3))
-
-
-def _gain(over: np.ndarray) -> float:
-    """Gain of a frame: mean of the values over (N,) in the shortest interval that holds half of them (shorth; Andrews et al. 1972)."""
-    known = np.sort(over[np.isfinite(over)])
-    some = max(len(known) // 2, 1)
-    if len(known) < some + 1:
-        return 0.0
-    start = int(np.argmin(known[some:] - known[:-some]))
-    return float(known[start:start + some + 1].mean())
-
-
-@dataclass(frozen=True)
-class RestLight:
-    """Ranges (N,), m, and normals (N, 3) of untouched dots."""
-
-    ranges: np.ndarray
-    normals: np.ndarray
-
-    def take(self, ids: np.ndarray) -> RestLight:
-        """Select the dots ids (M,)."""
-        return RestLight(self.ranges[ids], self.normals.take(ids, axis=0))
-
-
 @dataclass(frozen=True)
 class WaterModel:
     """Range from colour; made by identification.fit_rest from the untouched pad alone, or by calibration.fit_touchpad.
@@ -381,42 +321,39 @@ class WaterModel:
         if not np.isfinite(numbers).all() or not (np.asarray(self.absorptions) > 0).all() or self.ring < 2:
             raise BadArgument(f'water model: need finite numbers, positive absorptions and a ring of 2 px or more, got {self}')
 
+    @property
+    def kernel(self) -> PadWater:
+        """The same for the kernels."""
+        return PadWater(path=self.path.numbers, colour=self._colour, ring=self.ring, ring_share=self.ring_share, ink=LIMITS.ink,
+                        glare=LIMITS.glare, cap_z=self.cap.centre_z, cap_radius=self.cap.curvature_radius)
+
+    @property
+    def _colour(self) -> WaterColour:
+        constants, absorptions, noise = (np.ravel(np.asarray(one, float)) for one in (self.constants, self.absorptions, self.noise))
+        return WaterColour(constants=constants, absorptions=absorptions, noise=noise, disagree=LIMITS.disagree, patchy=LIMITS.patchy)
+
     def depths(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
-        """Ranges (N,), m, of the dots along the unit rays from the camera centre, and their standard deviations (N,), m.
+        """Ranges (N,), m, of the dots along the unit rays from the camera centre, and their standard deviations (N,), m, without glare.
 
         image: (H, W, 3) uint8 BGR. The standard deviations exclude the common error (scale_sigma). Both are NaN for a dot without a usable
         colour. Raises BadFrame for an image without colour.
         """
-        rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.rest_uv)))
-        return self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks)
-
-    def at_rest(self, xyz: np.ndarray) -> RestLight:
-        """Ranges and normals at untouched positions xyz (N, 3), m."""
-        ranges = np.sqrt(np.square(xyz - np.array(self.path.centre)).sum(axis=1))
-        return RestLight(ranges, (xyz - [0, 0, self.cap.centre_z]) / self.cap.curvature_radius)
-
-    def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks,
-              glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Ranges as depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,).
-
-        glare: as for measure_lengths. Kernel: src/touchpad/water.cpp.
-        """
-        length, sigma = self.measure_lengths(colours, glare)
-        dots = _core.touchpad.SeenDots(id=tracks.id, rays=rays, rest_ranges=rest.ranges, rest_normals=rest.normals)
+        rest = self.cap.meet(camera.centre, camera.rays(tracks.rest_uv))
+        length, sigma = self.measure_lengths(log_ratios(image, tracks.uv, self.ring))
+        ranges = np.linalg.norm(rest - self.path.centre, axis=1)
+        dots = _core.touchpad.SeenDots(id=tracks.id, rays=camera.rays(tracks.uv), rest_ranges=ranges,
+                                       rest_normals=(rest - [0, 0, self.cap.centre_z]) / self.cap.curvature_radius)
         found = water_ranges(self.path.numbers, dots, tracks.rows, tracks.columns, length, self.ring_share)
         return found.ranges, sigma / found.slopes
 
-    def measure_lengths(self, colours: RingColours, glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations (N,), m.
+    def measure_lengths(self, colours: RingColours) -> tuple[np.ndarray, np.ndarray]:
+        """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations (N,), m, without glare.
 
-        glare: of this frame, None for a pad without glare. Unexplained glare and sharp edges make the two ratios disagree and blue/red vary
-        around the ring; both increase the standard deviation. Kernel: src/touchpad/water.cpp.
+        Sharp edges make the two ratios disagree and blue/red vary around the ring; both increase the standard deviation. Kernel:
+        src/touchpad/water.cpp.
         """
-        excess, sigma, size, colour = glare or no_glare(len(colours.count))
-        seen = _core.touchpad.SeenColours(ratios=colours.ratios, count=colours.count, patchiness=colours.patchiness, excess=excess,
-                                          excess_sigma=sigma, colour=colour)
-        constants, absorptions, noise = (np.ravel(np.asarray(one, float)) for one in (self.constants, self.absorptions, self.noise))
-        water = _core.touchpad.WaterColour(constants=constants, absorptions=absorptions, noise=noise, disagree=LIMITS.disagree,
-                                           patchy=LIMITS.patchy)
-        found = water_lengths(seen, water, _core.touchpad.Glare(probability=LIMITS.probability, size=size))
+        unknown = np.full(len(colours.count), np.nan)
+        seen = SeenColours(ratios=colours.ratios, count=colours.count, patchiness=colours.patchiness, excess=unknown, excess_sigma=unknown,
+                           colour=np.ones((len(unknown), 2)))
+        found = water_lengths(seen, self._colour, _core.touchpad.Glare(probability=LIMITS.probability, size=1.0))
         return found.lengths, found.sigma

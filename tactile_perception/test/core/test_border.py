@@ -39,6 +39,8 @@ NUMBERS = np.arange(42)
 LOADS = {'xyz': DOTS, 'seen': NUMBERS % 5 > 0, 'normal': UP, 'force': -0.01 * UP, 'load': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}
 FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5), 'id': NUMBERS[:40]}
 SEEN = {'id': NUMBERS[NUMBERS % 5 > 0], 'xyz': DOTS[NUMBERS % 5 > 0] * 1.01}
+LOCATED = COLOURS | {'id': np.arange(40)}
+MOVED = {'p': DOTS, 'q': 1.01 * DOTS}
 WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis=2)
 SCORE = {'score': np.pad(np.ones((3, 4)), ((1, 2), (2, 1))), 'wide': WIDE}
 OUTLINED = _core.common.find_outlines(**SCORE, level=0.5, refine=2)
@@ -51,6 +53,20 @@ SHAPE = {'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
 def membrane(rest=DOTS, origin=np.zeros(3)):
     material = _core.touchpad.SkinMaterial(stiffness=90.0, area_share=0.8, pressure=2000.0)
     return _core.touchpad.Membrane(rest, **GRID, material=material, origin=origin)
+
+
+def classifier():
+    return _core.touchpad.DotClassifier(membrane(), border_network(), _core.touchpad.StickSlipModel())
+
+
+def locator():
+    found = _core.touchpad.DotLocator(camera(), membrane(), DOTS)
+    colour = _core.touchpad.WaterColour(**WATER, disagree=2.5, patchy=2.5)
+    water = _core.touchpad.PadWater(path=PATH, colour=colour, ring=8.0, ring_share=0.45, ink=0.75, glare=1.2, cap_z=-0.007, cap_radius=0.02)
+    glare = _core.touchpad.PadGlare(colour=np.ones(2), field=np.zeros(7), kind=_core.touchpad.Glare(**GLARE), red=0.15, shading=0.015,
+                                    min_ratio=0.01)
+    found.take_water(water, glare, 0.05)
+    return found
 
 
 def water_ranges(path, lengths, **dots):
@@ -85,7 +101,7 @@ def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
     """States of dots in the second of two frames."""
     states = _core.touchpad.StickSlip(6, 7, np.zeros(3))
     states.update(_core.touchpad.DotLoads(**LOADS), score, 0.03)
-    return [states.update(_core.touchpad.DotLoads(**LOADS | arrays), score, 0.03), states.displacements(), *states.motion()]
+    return [states.update(_core.touchpad.DotLoads(**LOADS | arrays), score, 0.03), states.displacements()]
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
@@ -95,6 +111,7 @@ CALLS = {
     'ring_colours': (lambda **a: fields(_core.touchpad.ring_colours(**COLOURS | a, radius=8.0, ink=0.75, glare=1.2)), COLOURS),
     'path_lengths': (lambda **a: _core.touchpad.path_lengths(**LIGHT | a), LIGHT),
     'water_ranges': (lambda **a: water_ranges(**PAD | a), PAD),
+    'locate': (lambda **a: fields(locator().locate(**LOCATED | a)), LOCATED),
     'water_lengths': (water_lengths, DYED),
     'rays': (lambda uv=SEEN_PX['uv'], **a: [camera(**a).rays(uv)], SEEN_PX | CAMERA),
     'back_project': (lambda uv=SEEN_PX['uv'], **a: [marker_view(**a).back_project(uv)], SEEN_PX | CAMERA | CENTRE),
@@ -103,7 +120,8 @@ CALLS = {
     'solve': (lambda **a: fields(membrane().solve(**FRAME | a)), FRAME),
     'loads': (lambda **a: fields(membrane().loads(**SEEN | a)), SEEN),
     'scores': (lambda **a: [border_network().scores(_core.touchpad.DotLoads(**LOADS | a), pitch=1.3e-3, **GRID)], LOADS),
-    'contact_forces': (lambda **a: fields(_core.touchpad.contact_forces(_core.touchpad.DotLoads(**LOADS | a), **GRID)), LOADS),
+    'classify': (lambda **a: fields(classifier().classify(**SEEN | a, seconds=0.03)), SEEN),
+    'fit_rigid': (lambda **a: fields(_core.touchpad.fit_rigid(**MOVED | a)), MOVED),
     'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
     'nearest_points': (lambda **a: list(_core.common.nearest_points(**BETWEEN | a, count=3)), BETWEEN),
     'grid_normals': (lambda xyz=WIDE: [_core.common.grid_normals(xyz)], {'xyz': WIDE}),

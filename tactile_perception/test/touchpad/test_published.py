@@ -103,7 +103,7 @@ def followed(frames, bias, lost=None):
     dots = np.column_stack([*(part.ravel() for part in np.meshgrid(*2 * [np.linspace(-5e-3, 5e-3, 6)])), np.full(36, 0.012)])
     for k in range(frames):
         sticks = np.arange(36) < 20 if lost is None or k < lost else np.arange(36) >= 16
-        motion = RigidMotion(rotation_matrix(np.array([bias, 0.0, 0.0])), np.zeros(3))
+        motion = RigidMotion(rotation=rotation_matrix(np.array([bias, 0.0, 0.0])), translation=np.zeros(3))
         tilt = reference.corrected(dots + rng.normal(0, 2e-5, dots.shape), sticks, motion).rotation @ tilt
     return np.arccos(np.clip(0.5 * (np.trace(tilt) - 1), -1, 1))
 
@@ -118,7 +118,7 @@ def test_a_motion_is_that_of_the_dots_where_they_agree_with_it():
     dots = np.random.default_rng(1).normal(0, 5e-3, (30, 3))
     reference, sticks = StickingReference(), np.arange(30) < 20
     for k in range(4):
-        motion = RigidMotion(turned, np.array([1e-4, 0.0, 0.0]))
+        motion = RigidMotion(rotation=turned, translation=np.array([1e-4, 0.0, 0.0]))
         found = reference.corrected(dots, sticks, motion)
         assert found.rotation == pytest.approx(turned, abs=1e-9) and found.translation == pytest.approx(motion.translation, abs=1e-9)
         dots = dots @ turned.T + motion.translation
