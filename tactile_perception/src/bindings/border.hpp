@@ -155,7 +155,7 @@ py::array checked(const py::object& given, const Rule& rule, Lengths& lengths) {
     py::array array = given;
     if (!rule.fits_shape(array, lengths)) refuse("the shape " + std::string(py::str(array.attr("shape"))));
     constexpr int AS_NEEDED = py::array::c_style | py::detail::npy_api::NPY_ARRAY_ALIGNED_;
-    if ((array.flags() & AS_NEEDED) != AS_NEEDED) array = py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(array);
+    if ((array.flags() & AS_NEEDED) != AS_NEEDED) array = py::array_t<T, AS_NEEDED>::ensure(array);
     if (!array) throw py::error_already_set();
     if constexpr (!std::is_same_v<T, bool>) rule.check(static_cast<const T*>(array.data()), array.size());
     return array;

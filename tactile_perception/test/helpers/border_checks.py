@@ -7,6 +7,13 @@ import numpy as np
 import pytest
 
 
+def unaligned(good):
+    """The same numbers, without gaps, an odd number of bytes into memory."""
+    moved = np.empty(good.nbytes + 1, np.uint8)[1:].view(good.dtype).reshape(good.shape)
+    moved[...] = good
+    return moved
+
+
 def odd_arrays(good):
     """Name and array: all that NumPy can make in place of a good one."""
     rng = np.random.default_rng(2)
@@ -29,6 +36,7 @@ def odd_arrays(good):
     still = good.copy()
     still.flags.writeable = False
     yield 'read-only', still
+    yield 'unaligned', unaligned(good)
     yield 'masked', np.ma.masked_array(good)
     yield 'ten thousand', np.resize(good, (10_000, *good.shape[1:]))
     yield 'ten thousand alike', np.broadcast_to(good[:1], (10_000, *good.shape[1:]))
@@ -68,7 +76,7 @@ def check_memory(call, arrays, name):
     still = good.copy()
     still.flags.writeable = False
     expected = call()
-    for other in (np.asfortranarray(good), np.repeat(good, 2, axis=0)[::2], still):
+    for other in (np.asfortranarray(good), np.repeat(good, 2, axis=0)[::2], unaligned(good), still):
         for a, b in zip(expected, call(**{name: other})):
             np.testing.assert_array_equal(a, b)
     np.testing.assert_array_equal(still, good)
