@@ -58,6 +58,7 @@ class GripControllerNode(LifecycleNode):
         self._own_services = [self.create_service(Trigger, f'~/{name}', serve)
                               for name, serve in (('grasp', self._grasp), ('release', self._release))]
         self._diagnostics = NodeDiagnostics(self, 'grip', self._settings['sensor'], self._examine)
+        self._lost: tuple[str, ...] = ()  # sensors, as reported last
         guard_services(self)
         steady_timer(self, GRASP.age_check_s, self._wait)
         if self._settings['autostart']:
@@ -114,6 +115,7 @@ class GripControllerNode(LifecycleNode):
 
     def _use(self, reading: Reading, sensor: str) -> None:
         force = self._control.take(reading, sensor)
+        self._report_lost()
         if self._grasps_itself and self._has_gripper and not self._control.lost:
             self._control.close()
             self._grasps_itself, force = False, self._control.force
@@ -126,6 +128,14 @@ class GripControllerNode(LifecycleNode):
             self._answer.cancel()
             self._command(*self._goal)
         self._control.wait(1e-9 * self.get_clock().now().nanoseconds)
+        self._report_lost()
+
+    def _report_lost(self) -> None:
+        """Publish at once which sensors are lost: one that launch starts again is back within a period of /diagnostics."""
+        lost = self._control.lost
+        if lost != self._lost:
+            self._lost = lost
+            self._diagnostics.update()
 
     def _find_gripper(self) -> None:
         """Make the client of the type that the gripper's controller serves."""
