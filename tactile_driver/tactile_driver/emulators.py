@@ -19,7 +19,7 @@ from .constants import DRIVER
 from .errors import BadArgument, reports_errors
 from .frame import CHANNELS
 from .serial.frames import LARGEST, MATRIX, SAMPLES, CountFrame, write_frame, write_line
-from .simulation.psd.scene import open_psd_scene
+from .simulation.psd_scene import open_psd_scene
 from .simulation.taxel.scene import open_taxel_scene
 from .sources.source import NS, wait_until
 
@@ -45,18 +45,17 @@ FAULTS = (*CORRUPTIONS, 'pause', 'reset', 'unplug')
 class PortEmulator:
     """Sends rate samples or matrices/s on a pseudo-terminal, batch samples in a frame.
 
-    link: path of a symbolic link to the port, which survives unplugging; seed: of the faults; keep: the counts of every frame are kept in
-    sent. A subclass has the kind of its frames and the bits of its counts, and returns the counts (rows, columns) of the next frame, whose
-    first sample is _number, from _counts.
+    link: path of a symbolic link to the port, which survives unplugging; seed: of the faults. A subclass has the kind of its frames and the
+    bits of its counts, and returns the counts (rows, columns) of the next frame, whose first sample is _number, from _counts.
     """
 
     kind, bits = MATRIX, 8
     pace = 1.0  # s of the device in a s of real time
+    sent: list[np.ndarray] | None = None  # a list to which the counts of every frame are appended; None keeps none
     runs_on = True  # whether the device's clock runs on while the machine is too slow; False: the device becomes slower
 
-    def __init__(self, link: str | Path, rate: float, batch: int = 1, seed: int = 0, keep: bool = False):
+    def __init__(self, link: str | Path, rate: float, batch: int = 1, seed: int = 0):
         self.link, self._rate, self._batch = Path(link), rate, batch
-        self.sent: list[np.ndarray] | None = [] if keep else None
         self._rng, self._lock = np.random.default_rng(seed), threading.Lock()
         self._wanted: list[str] = []
         self._number = self._sequence = self._zero = 0  # samples and frames sent; the sample of the last reset
@@ -142,20 +141,19 @@ class PortEmulator:
 class PsdEmulator(PortEmulator):
     """Plays a scene of the simulated finger.
 
-    format: binary or csv; modulation: the finger's light is on in every second sample only, and a fifth column indicates which. Raises
-    BadArgument for a batch outside 1 to 256 or another format.
+    format: binary or csv. Raises BadArgument for a batch outside 1 to 256 or another format.
     """
 
     kind = SAMPLES
+    modulation = False  # True: the finger's light is on in every second sample only, and a fifth column indicates which
 
-    def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 1000.0, batch: int = 5, seed: int = 0, format: str = 'binary',
-                 keep: bool = False, modulation: bool = False):
+    def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 1000.0, batch: int = 5, seed: int = 0, format: str = 'binary'):
         if not 0 < batch <= LARGEST or format not in ('binary', 'csv'):
             raise BadArgument(f'emulator: batch {batch} must be 1 to {LARGEST}, format {format!r} binary or csv')
-        self._scene, self._format, self._modulation = open_psd_scene(scene, rate, seed), format, modulation
+        self._scene, self._format = open_psd_scene(scene, rate, seed), format
         self.bits = self._scene.electronics.bits
         self._made, self._made_at = np.zeros((0, CHANNELS), np.uint16), 0
-        super().__init__(link, rate, batch, seed, keep)
+        super().__init__(link, rate, batch, seed)
 
     def _encoded(self, frame: CountFrame) -> bytes:
         if self._format == 'binary':
@@ -170,7 +168,7 @@ class PsdEmulator(PortEmulator):
         return self._made[first:first + self._batch]
 
     def _play(self, first: int, count: int) -> np.ndarray:
-        if not self._modulation:
+        if not self.modulation:
             return self._scene.play(first, count)[0]
         lit = (first + np.arange(count)) % 2 == 0
         return np.column_stack([self._scene.play(first, count, lit)[0], lit.astype(np.uint16)])
@@ -184,13 +182,13 @@ class TaxelEmulator(PortEmulator):
     """
 
     def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 100.0, seed: int = 0, shape: tuple[int, int] = (44, 44),
-                 bits: int = 8, keep: bool = False):
+                 bits: int = 8):
         if not (0 < min(shape) <= max(shape) <= LARGEST and 8 <= bits <= 16 and rate > 0):
             raise BadArgument(f'emulator: {shape[0]} x {shape[1]} must be 1 to {LARGEST}, {bits} bits 8 to 16, {rate} Hz more than 0')
         self._shape, self.bits = shape, bits
         self._scene = open_taxel_scene(scene, DRIVER.emulated_rate, seed)
         self._made, self._made_at = self._scene.render(0.0)[0], 0
-        super().__init__(link, rate, 1, seed, keep)
+        super().__init__(link, rate, 1, seed)
 
     def _counts(self) -> np.ndarray:
         number = int(self._number * DRIVER.emulated_rate / self._rate)
@@ -241,7 +239,9 @@ def psd_emulator(args: list[str] | None = None) -> int:
     parser.add_argument('--modulation', action='store_true',
                         help="the finger's light is on in every second sample; a fifth column indicates which")
     given = parser.parse_args(args)
-    return serve(PsdEmulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format, modulation=given.modulation))
+    emulator = PsdEmulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format)
+    emulator.modulation = given.modulation
+    return serve(emulator)
 
 
 @reports_errors('taxel_emulator')

@@ -27,6 +27,7 @@ class Bench:
 
     def __init__(self, emulator, source):
         self.emulator, self.source, self._ended = emulator, source, threading.Event()
+        emulator.sent = []
         self._thread = threading.Thread(target=emulator.run, args=(self._ended.is_set,), daemon=True)
         self._thread.start()
         source.open()
@@ -65,13 +66,14 @@ class Bench:
 def finger(port, format='binary', rate=2000.0, scene='demo', modulation=False):
     """A PSD finger on a port, and its source."""
     settings = {**defaults(PSD_DRIVER_PARAMETERS), 'device': str(port), 'format': format, 'modulation': modulation}
-    return (PsdEmulator(port, scene, rate, 4, format=format, keep=True, modulation=modulation),
-            PsdSerialSource(settings, time.time_ns))
+    emulator = PsdEmulator(port, scene, rate, 4, format=format)
+    emulator.modulation = modulation
+    return emulator, PsdSerialSource(settings, time.time_ns)
 
 
 def array(port, shape=(44, 44), bits=8, rate=200.0):
     """A taxel array on a port, and its source."""
-    return (TaxelEmulator(port, 'disc', rate, 0, shape, bits, keep=True),
+    return (TaxelEmulator(port, 'disc', rate, 0, shape, bits),
             TaxelSerialSource(dict(defaults(TAXEL_DRIVER_PARAMETERS), device=str(port), rows=shape[0], columns=shape[1]), time.time_ns))
 
 
@@ -89,7 +91,7 @@ def bench(tmp_path):
 
 
 def test_stamps_of_a_slow_simulation_are_of_its_own_time(tmp_path):
-    period_ns, slowed = 5_000_000, TaxelEmulator(tmp_path / 'port', 'disc', 200.0, keep=True)
+    period_ns, slowed = 5_000_000, TaxelEmulator(tmp_path / 'port', 'disc', 200.0)
     slowed.pace, slowed.runs_on = 0.5, False
     settings = dict(defaults(TAXEL_DRIVER_PARAMETERS), device=str(tmp_path / 'port'), simulated_time=True)
     rig = Bench(slowed, TaxelSerialSource(settings, lambda: len(slowed.sent) * period_ns))

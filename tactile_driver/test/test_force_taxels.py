@@ -156,7 +156,8 @@ def test_an_emulated_device_is_read_in_spite_of_faults(tmp_path):
     import threading
     path = tmp_path / 'layout.yaml'
     path.write_text('patches: [{rows: 4, columns: 4, pitch: 0.0047}]')
-    emulator, stop = VectorEmulator(tmp_path / 'port', 'uskin_demo', 200.0, keep=True), threading.Event()
+    emulator, stop = VectorEmulator(tmp_path / 'port', 'uskin_demo', 200.0), threading.Event()
+    emulator.sent = []
     source = VectorSerialSource({'device': str(tmp_path / 'port'), 'baud': 921600, 'layout': str(path)}, time.time_ns)
     source.open()
     sender = threading.Thread(target=emulator.run, args=(stop.is_set,))

@@ -24,7 +24,7 @@ import numpy as np
 import yaml
 
 from tactile_bringup import share
-from tactile_bringup.simulate.bags import write_scene, writer_of
+from tactile_bringup.simulate.bags import write_opened, writer_of
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.common.estimates import ContactEstimate
 from tactile_perception.core.errors import BadArgument, TactileError
@@ -96,7 +96,7 @@ def touchpad_scene(folder: Path, name: str, rate: float, size: tuple[int, int] =
     unclear = {10**9 + round(number / rate * 1e9): truth.dot_id[(truth.dot_state == 0) & (truth.dot_gap < _NEAR)]
                for number, truth in enumerate(truths)}
     if not bag.exists():
-        write_scene(bag, name, rate, seed, size=size)
+        write_opened(bag, open_scene(name, rate, seed, width=size[0], height=size[1]))
     return Case(bag, write_parameters(folder / f'{name_of_bag}.yaml', touchpad_parameters(scene)), unclear)
 
 

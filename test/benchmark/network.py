@@ -153,7 +153,7 @@ def listen(seconds: float, topics: list[str]) -> None:
     from rclpy.serialization import deserialize_message
     from rosidl_runtime_py.utilities import get_message
 
-    from tactile_driver.nodes.runtime.host import AdaptiveSubscription
+    from tactile_driver.nodes.runtime.host import SerializedSubscription
     from tactile_driver.nodes.runtime.run import make_room_for_images
     from tactile_driver.recordings.serialization import header_stamp_ns
     make_room_for_images()
@@ -167,7 +167,7 @@ def listen(seconds: float, topics: list[str]) -> None:
         size[topic].append(len(data))
     for topic, kind in (each.split(':') for each in topics):
         late[topic], size[topic] = [], []
-        AdaptiveSubscription(node, get_message(kind), topic, partial(take, topic), QoSProfile(depth=10), raw=True)
+        SerializedSubscription(node, get_message(kind), topic, partial(take, topic), QoSProfile(depth=10))
 
     def diagnose(data: bytes) -> None:
         words.update({status.name: status.message for status in deserialize_message(data, DiagnosticArray).status})

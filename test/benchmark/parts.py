@@ -22,7 +22,7 @@ from tactile_bringup.papers.sheets import fit_published
 from tactile_perception.common.geometry import error_angle
 from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.evaluation.evaluation import Instant
-from tactile_perception.press.tools import calibrate_markers
+from tactile_perception.press.tools import PressReader, fit_markers
 
 SIZES = {'320 x 240': (320, 240), '640 x 480': (640, 480), '960 x 720': (960, 720)}
 VGA = '640 x 480'
@@ -150,7 +150,7 @@ def sheet(sensor: str, folder: Path, from_recordings: bool) -> Subject:
     elif not from_recordings:
         of_paper, plate = (simulated(folder, f'{sensor}_{scene}', sensor, rate) for scene, rate in (('markers', 2.0), ('plate', 8.0)))
     with contextlib.redirect_stderr(io.StringIO()):
-        calibrate_markers([presses.bag], presses.params, model := folder / 'model.yaml', only='model')
+        fit_markers(PressReader(presses.params), [presses.bag], model := folder / 'model.yaml', only='model')
         methods = {'model': (model, {'touch': 'model'})}
         if of_paper:
             changes = {'touch': paper, 'detection': PAPERS_MARKERS[paper], **PAPERS_CHAIN[paper]}

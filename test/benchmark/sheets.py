@@ -21,13 +21,13 @@ import numpy as np
 from judged import Case, Judged, calibrated, judge
 
 from tactile_bringup import share
-from tactile_bringup.simulate.bags import write_scene
+from tactile_bringup.simulate.bags import write_opened
 from tactile_driver.simulation.optics.rendering import Renderer
 from tactile_driver.simulation.scene.specimen import Act, Script, Shutters, Specimen, act, drag, one_after_the_other, one_of_two, press
 from tactile_driver.simulation.sensors import areal_dual, areal_single
 from tactile_driver.simulation.sensors.marker_sheet import markers
-from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, SCENES
-from tactile_driver.simulation.skin.surfaces import Sheet
+from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, SCENES, open_dual_scene, open_scene
+from tactile_driver.simulation.skin.surfaces import Rubber, Sheet
 from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
 
 RATE, SLOW = 30.0, 3.0  # Hz: of scenes, of calibrations
@@ -75,7 +75,8 @@ class AnySheet:
         kind, rng, usual = self.kind, np.random.default_rng([self.seed, 32]), getattr(self.kind.module, self.name)(self.seed)
         lamps = kind.module._LAMPS
         half, tension = kind.module.SHEET.half, kind.tension * self._thick * self._stiff
-        sheet = Sheet(2 * half[0], 2 * half[1], tension, self._stretch, kind.bending * self._stiff * self._thick**3, kind.nodes)
+        rubber = Rubber(tension, self._stretch, kind.bending * self._stiff * self._thick**3)
+        sheet = Sheet(2 * half[0], 2 * half[1], rubber, kind.nodes)
         cameras = tuple(replace(one, translation=one.translation + rng.normal(0, (5e-4, 5e-4, 1e-3))) for one in usual.cameras)
         renderers = tuple(Renderer(sheet, camera, lamps, old.imaging, 2 * self.seed + side)
                           for side, (camera, old) in enumerate(zip(cameras, usual.renderers)))
@@ -115,7 +116,7 @@ class AnySheet:
             path = self.kind.drag_length * rng.uniform(0.5, 1.5) * np.array([np.cos(angle), np.sin(angle)])
             if (np.abs(start + path) < self.kind.within).all():
                 speed = rng.uniform(0.01, 0.1)  # m/s
-                acts.append(partial(drag, _ball(self._tip(rng)), *start, rng.uniform(*self.kind.deep), *path,
+                acts.append(partial(drag, _ball(self._tip(rng)), start, rng.uniform(*self.kind.deep), path,
                                     duration=max(float(np.hypot(*path)) / speed, 0.2)))
         return one_after_the_other(acts, pause=0.3)
 
@@ -124,7 +125,7 @@ class AnySheet:
         for _ in range(4):
             radii = [self.radius * float(np.exp(rng.uniform(np.log(TIPS[0]), np.log(1.6)))) for _ in range(2)]
             apart, yaw, depth = max(radii) * rng.uniform(3.2, 4.5), rng.uniform(0, np.pi), self.kind.deep[0] + rng.uniform(0, 0.002)
-            acts.append(partial(one_of_two, _pair(radii, apart), *rng.uniform(-0.003, 0.003, 2), depth, yaw, rng.uniform(-0.001, 0.001),
+            acts.append(partial(one_of_two, _pair(radii, apart), (*rng.uniform(-0.003, 0.003, 2), yaw), depth, rng.uniform(-0.001, 0.001),
                                 rng.uniform(0.0, 0.005)))
         return one_after_the_other(acts, pause=0.3)
 
@@ -162,7 +163,10 @@ def write(sheet: AnySheet, folder: Path, name: str, script: Script, rate: float,
     SCENES[name] = script
     if sheet.name == 'areal_dual':
         AREAL_DUAL_SCENES[name] = script
-    write_scene(folder / name, name, rate, sheet.seed, shutters=shutters)
+        scene = open_dual_scene(name, rate, sheet.seed, shutters)
+    else:
+        scene = open_scene(name, rate, sheet.seed)
+    write_opened(folder / name, scene)
     return Case(folder / name, Path(share('params', f'{sheet.name}_sim.yaml')))
 
 

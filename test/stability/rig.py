@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo
 from tactile_bringup import share
 from tactile_driver.frame import Frame, SampleBlock, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message, voltages_message
-from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.psd_scene import open_psd_scene
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_driver.stitching.calibration import load_stitching

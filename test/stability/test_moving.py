@@ -10,10 +10,10 @@ import pytest
 from judged import Case, calibrated, judge
 
 from tactile_bringup import share
-from tactile_bringup.simulate.bags import write_scene
+from tactile_bringup.simulate.bags import write_opened, write_scene
 from tactile_driver.simulation.scene.specimen import Script, Shutters, drag, one_after_the_other
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
-from tactile_driver.simulation.sensors.scenes import SCENES
+from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene
 from tactile_perception.core.parameter_files import write_parameters
 from tactile_perception.press.calibration import read_touch
 
@@ -24,7 +24,8 @@ MIN_DEPTH, APART = 5e-4, 0.0145  # m: two tips count from this depth, and this f
 def judged(folder, scene, rate=30.0, shutters=None, tips=1, frames=0):
     """What `evaluate` finds in the frames with so many tips, and in untouched ones but for traces. Scenes are named after the sensor."""
     params, calibration = (Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration'))
-    write_scene(folder / 'bag', scene, rate, shutters=shutters, frames=frames)
+    opened = open_dual_scene(scene, rate, shutters=shutters) if scene.startswith('areal_dual') else open_scene(scene, rate)
+    write_opened(folder / 'bag', opened, frames=frames)
 
     def counts(estimated, true):
         there = true.contacts
@@ -58,7 +59,7 @@ def test_a_drag_over_a_sheet_whatever_the_friction(tmp_path, monkeypatch, fricti
 
 @pytest.mark.parametrize('friction', [0.2, 1.0])
 def test_a_drag_over_the_dome_whatever_the_friction(tmp_path, monkeypatch, friction):
-    act = partial(drag, 'ball_30mm', 0.02, -0.01, 0.022, -0.021, 0.021, duration=2.0)
+    act = partial(drag, 'ball_30mm', (0.02, -0.01), 0.022, (-0.021, 0.021), duration=2.0)
     monkeypatch.setitem(SCENES, 'air_cushion_any', Script(air_cushion, one_after_the_other([act]), friction=friction))
     check(judged(tmp_path, 'air_cushion_any', 5.0), (2.0, 6.0), (2.0, 4.0), 3.0)  # the first frame of a drag may be a centimetre off
 

@@ -14,6 +14,7 @@ HEADER = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apach
 ABSOLUTE_PATH = re.compile(r"""['"](/home/|/root/|/work/|/tmp/|/dev/video\d|/opt/ros|/usr/)""")
 LINES_OF_A_FILE = 600
 LINES_OF_A_FUNCTION = 60
+ARGUMENTS_OF_A_FUNCTION = 6  # besides self
 
 
 def sources(*suffixes):
@@ -33,16 +34,18 @@ def text_of(name):
 
 @functools.cache
 def parsed(name):
-    """Return (modules that a file imports by their full names, names of its functions that are too long)."""
-    imports, long = [], []
+    """Return (modules that a file imports by their full names, names of its functions that are too long, of those with many arguments)."""
+    imports, long, wide = [], [], []
     for node in ast.walk(ast.parse(text_of(name), filename=name)):
         if isinstance(node, ast.Import):
             imports += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and not node.level:
             imports.append(node.module)
-        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.end_lineno - node.lineno >= LINES_OF_A_FUNCTION:
-            long.append(node.name)
-    return imports, long
+        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            given = {each.arg for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)} - {'self', 'cls'}
+            long += [node.name] * (node.end_lineno - node.lineno >= LINES_OF_A_FUNCTION)
+            wide += [node.name] * (len(given) > ARGUMENTS_OF_A_FUNCTION)
+    return imports, long, wide
 
 
 def test_files_have_the_licence_header():
@@ -67,6 +70,10 @@ def test_lines_have_no_trailing_blanks_and_files_end_with_one_newline():
 def test_files_and_functions_are_not_too_long():
     long = [name for name in PYTHON if len(text_of(name).splitlines()) > LINES_OF_A_FILE]
     assert long + [f'{name}: {function}' for name in PYTHON for function in parsed(name)[1]] == []
+
+
+def test_functions_have_few_arguments():
+    assert [f'{name}: {function}' for name in CODE for function in parsed(name)[2]] == [], 'group what belongs together'
 
 
 def test_bags_are_read_and_written_by_rosbag2_py_alone():

@@ -191,7 +191,7 @@ def _delay(slipping: np.ndarray, command: np.ndarray) -> float:
 Watch = Callable[[GraspWorld, GraspTruth, Sensors, Collection[str]], None]
 
 
-def grasp(name: str, policy: str, seed: int = 0, fault: str = '', watch: Watch | None = None, topics: Sequence[str] = (),
+def grasp(name: str, policy: str, seed: int = 0, watch: Watch | None = None, topics: Sequence[str] = (),
           margin: float = GripLimits.margin) -> Grasp:
     """Grasp, lift and hold an object.
 
@@ -201,11 +201,9 @@ def grasp(name: str, policy: str, seed: int = 0, fault: str = '', watch: Watch |
         One of OBJECTS.
     policy : str
         One of POLICIES: the controller with both sensors; the same with the array alone; GRASP.fixed_force; GRASP.oracle_margin times the
-        smallest force that holds at every moment.
+        smallest force that holds at every moment. Or one of FAULTS, which befalls the first, with jerks of the wrist alone.
     seed : int
         Of the noise and irregularities of the sensors.
-    fault : str
-        One of FAULTS, with jerks of the wrist alone; empty for none.
     watch : callable, optional
         Called with the engine, its truth, the sensors, and the names of those that have reported, after each frame.
     topics : sequence of str
@@ -219,6 +217,7 @@ def grasp(name: str, policy: str, seed: int = 0, fault: str = '', watch: Watch |
         For an unknown object, or without MuJoCo.
     """
     held, disturbances = object_named(name)
+    fault, policy = (policy, 'controller') if policy in FAULTS else ('', policy)
     world, trace = GraspWorld(held, JERKS if fault else disturbances), Trace(held.crushing_force)
     controller = GripController(GripLimits(margin=margin))
     sensors, command, held_s = Sensors(held, policy == 'controller', fault, seed, topics), -1.0, np.inf
@@ -259,8 +258,7 @@ def print_table(names: Sequence[str], seeds: Sequence[int], has_faults: bool = F
     print('|---' * 12 + '|', flush=True)
     for name in names:
         for policy in FAULTS if has_faults else POLICIES:
-            own = ('controller', policy) if has_faults else (policy, '')
-            found = [grasp(name, own[0], seed, own[1]) for seed in (seeds if own[0] in ('controller', 'array alone') else seeds[:1])]
+            found = [grasp(name, policy, seed) for seed in (seeds[:1] if policy in ('fixed', 'oracle') else seeds)]
             counts = [f'{sum(getattr(each, field) for each in found)} of {len(found)}' for field in ('is_dropped', 'is_crushed')]
             values = [scale * np.median([getattr(each, field) for each in found]) for field, scale in _COLUMNS.items()]
             shown = ['-' if np.isnan(value) else f'{value:.3g}' for value in values]

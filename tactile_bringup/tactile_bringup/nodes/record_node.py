@@ -22,7 +22,7 @@ from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import message_type
 from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, LogOnce, NodeDiagnostics, common_values
-from tactile_driver.nodes.runtime.host import AdaptiveSubscription
+from tactile_driver.nodes.runtime.host import SerializedSubscription
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.nodes.runtime.run import ends_within, process_of
@@ -126,7 +126,7 @@ class RecordNode(Node):
     def _record(self, topic: str, kind: type, qos: QoSProfile = _KEEP_ALL) -> None:
         name = self.resolve_topic_name(topic)
         type_name = type_name_of(message_type(kind, name))
-        AdaptiveSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), qos, raw=True)
+        SerializedSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), qos)
 
     def _write(self, topic: str, type_name: str, data: bytes) -> None:
         if self._writer is None:

@@ -19,7 +19,7 @@ import numpy as np
 from tactile_perception.core.calibration_file import read_calibration, write_calibration
 from tactile_perception.press.calibration import REST
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.tools import PressReader, calibrate_markers, read_plate
+from tactile_perception.press.tools import PressReader, fit_markers, read_plate
 from tactile_perception.published.areal_sensor_contact_position import Cubics, area_and_shift
 
 from .bench import Bench, Method, Row, Table, common, mean, reported, shipped
@@ -70,9 +70,9 @@ def errors(found: Sequence[Press]) -> list[np.ndarray]:
 
 
 def fit_published(sensor: str, bags: list[Path], params: Path, output: Path, method: str, plate: Path | None = None) -> None:
-    """Write a calibration file, output, that holds a published method as the paper has it; arguments as of calibrate_markers, whose errors
+    """Write a calibration file, output, that holds a published method as the paper has it; arguments as of fit_markers, whose errors
     it raises."""
-    calibrate_markers(bags, params, output, only=method, plate=plate)
+    fit_markers(PressReader(params), bags, output, plate=plate, only=method)
     # The guard against a start under a contact is ours; the published method has none.
     file = read_calibration(output, sensor)
     file.fitted.pop(REST, None)
@@ -95,7 +95,7 @@ def ours(bench: Bench, sensor: str, prefix: str) -> Method:
     if prefix == sensor:
         return params, shipped(sensor)
     if not output.exists():
-        calibrate_markers([bench.bag(sensor, f'{prefix}_markers', PAPERS.sheet_rate, 60)], params, output, only='model')
+        fit_markers(PressReader(params), [bench.bag(sensor, f'{prefix}_markers', PAPERS.sheet_rate, 60)], output, only='model')
     return params, output
 
 
@@ -226,7 +226,7 @@ def _plate_of(bench: Bench, sensor: str, prefix: str):
     """Presses of the plate, in the published method's chain."""
     params = published(bench, sensor, prefix)[0]
     reader = PressReader(params, '')
-    return read_plate(bench.bag(sensor, f'{prefix}_plate', PAPERS.sheet_rate), params, '', reader)
+    return read_plate(bench.bag(sensor, f'{prefix}_plate', PAPERS.sheet_rate), reader)
 
 
 def _polynomials(bench: Bench, sensor: str, prefix: str) -> Picture:

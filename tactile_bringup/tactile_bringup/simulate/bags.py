@@ -7,10 +7,11 @@ The bag holds the topics of the driver and ground_truth/*, for calibrate, proces
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
 from itertools import chain
 from pathlib import Path
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -33,9 +34,8 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_me
 from tactile_driver.recordings.scenes import SceneWriter
 from tactile_driver.recordings.writer import write_messages
 from tactile_driver.simulation.constants import SIMULATION
-from tactile_driver.simulation.psd.scene import PSD_SCENES, open_psd_scene
+from tactile_driver.simulation.psd_scene import PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
-from tactile_driver.simulation.scene.specimen import Shutters
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, GEL_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_driver.sources.source import FIRST_S, NS
@@ -46,22 +46,23 @@ _FIRST_NS = round(FIRST_S * NS)
 _BATCH_S = 0.01  # duration of the samples of a finger in one message
 
 
-def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0,
-                shutters: Shutters | None = None, size: tuple[int, int] = (640, 480)) -> int:
+def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0) -> int:
     """Write a scene to a new bag at rate Hz under namespace (empty: the sensor's type); returns the number of frames written.
 
-    frames: how many to write, 0 for the whole scene; shutters: of two cameras, None for those of the scene; size: of the picture of one
-    camera, (width, height) px.
-    Raises BadArgument for an unknown scene or an existing bag.
+    frames: how many to write, 0 for the whole scene. Raises BadArgument for an unknown scene or an existing bag.
     """
-    scene = open_dual_scene(name, rate, seed, shutters) if name in AREAL_DUAL_SCENES else open_scene(
-        name, rate, seed, width=size[0], height=size[1])
+    scene = (open_dual_scene if name in AREAL_DUAL_SCENES else open_scene)(name, rate, seed)
+    return write_opened(path, scene, {'scene': name, 'seed': seed}, namespace, frames)
+
+
+def write_opened(path: Path, scene, about: Mapping = MappingProxyType({}), namespace: str = '', frames: int = 0) -> int:
+    """As write_scene, of a scene of one or two cameras that is open; about: what its description says besides."""
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
     two = isinstance(scene, TwoCameraScene)
     cameras = dict(zip(NAMES, scene.cameras)) if two else {'': scene.camera}
     poses = {view: (cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation) for view, camera in cameras.items()}
-    about = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
-    _write(path, scene, namespace, {'scene': name, 'seed': seed, **about, 'encoding': 'bgr8'}, camera_transforms(namespace, poses),
+    size = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
+    _write(path, scene, namespace, {**about, **size, 'encoding': 'bgr8'}, camera_transforms(namespace, poses),
            chain.from_iterable(camera_messages(scene, number, numbers, namespace) for number in range(count)))
     return count
 

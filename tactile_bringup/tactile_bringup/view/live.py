@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosidl_runtime_py.utilities import get_message
 
-from tactile_driver.nodes.runtime.host import AdaptiveSubscription
+from tactile_driver.nodes.runtime.host import SerializedSubscription
 from tactile_driver.recordings.reader import RawMessage
 
 from .constants import VIEW
@@ -63,7 +63,7 @@ class ViewNode(Node):
         self._subscribed.add(topic)
         static = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         qos = static if topic == '/tf_static' else QoSProfile(depth=VIEW.waiting_messages)
-        AdaptiveSubscription(self, get_message(kind), topic, partial(self._pass, topic, kind), qos, raw=True)
+        SerializedSubscription(self, get_message(kind), topic, partial(self._pass, topic, kind), qos)
 
     def _pass(self, topic: str, kind: str, data: bytes, _received_ns: int) -> None:
         if not kind.endswith(_RAW):

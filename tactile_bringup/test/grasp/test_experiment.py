@@ -115,7 +115,7 @@ def test_the_controller_holds_a_box_whose_weight_doubles():
 @pytest.mark.full
 @pytest.mark.parametrize('fault', FAULTS)
 def test_an_object_stays_in_the_hand_whatever_fails(fault):
-    assert not grasp('light_rough_box', 'controller', fault=fault).is_dropped
+    assert not grasp('light_rough_box', fault).is_dropped
 
 
 @pytest.mark.full

@@ -14,7 +14,7 @@ from tactile_bringup.simulate.bags import camera_messages, psd_messages, taxel_m
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.psd_scene import open_psd_scene
 from tactile_driver.simulation.sensors.gel import MATERIAL
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript, open_taxel_scene

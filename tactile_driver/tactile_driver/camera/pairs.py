@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import BadRecording, DeviceLost
 from ..frame import CameraCalibration, Frame, PairFrame
-from ..sources.capture import Capture, CaptureStatus
+from ..sources.capture import Capture, CaptureStatus, FrameQueue
 from ..sources.constants import SOURCES
 from ..sources.source import NS, EndOfSource, NothingYet, Source
 from .constants import CAMERA
@@ -159,7 +159,7 @@ class PairedSource(Source):
             raise
         rates = [about['rate'] for about in (source.describe() for source in self._sources) if self.live and about.get('rate', 0) > 0]
         self._pairer = Pairer(self._max_skew, min((NS / rate for rate in rates), default=None))
-        self._captures = [Capture(source, lambda: self._wanted, lambda *_: None, changed=self._changed, lost=text)
+        self._captures = [Capture(source, lambda: self._wanted, lambda *_: None, FrameQueue(1, self._changed), text)
                           for source, text in zip(self._sources, lost)]
         for capture in self._captures:
             capture.resume()

@@ -18,9 +18,9 @@ class VectorEmulator(PortEmulator):
 
     kind, bits = VECTORS, 32
 
-    def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 100.0, seed: int = 0, keep: bool = False):
+    def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 100.0, seed: int = 0):
         self._scene = open_vector_scene(scene, rate, seed)
-        super().__init__(link, rate, 1, seed, keep)
+        super().__init__(link, rate, 1, seed)
 
     def _counts(self) -> np.ndarray:
         return self._scene.render(self._number / self._rate)[0]

@@ -19,7 +19,7 @@ from ..parameters.drivers import LIVE, check_together
 from ..parameters.table import Parameter
 from ..recordings.truth import RecordedTruth
 from ..simulation.truth import TruthFrame
-from ..sources.capture import Capture
+from ..sources.capture import Capture, FrameQueue
 from ..sources.constants import SOURCES
 from ..sources.registry import Sources, make_source
 from ..sources.source import Source
@@ -69,7 +69,7 @@ class Stream:
         self._stopped = self.over = False
         node.truth.offer(source.truths)
         self.describe()
-        self.capture = Capture(source, self._subscribers, self._report, keep=node.keep, settle=NODES.settle_s)
+        self.capture = Capture(source, self._subscribers, self._report, FrameQueue(node.keep), settle=NODES.settle_s)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
         self._thread.start()
 

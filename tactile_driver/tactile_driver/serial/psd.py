@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..frame import CHANNELS, SampleBlock
-from ..simulation.psd.scene import open_psd_scene
+from ..simulation.psd_scene import open_psd_scene
 from ..sources.source import NS, Clock, EvenPace, SceneSource, stamp_of, wait_until
 from .clock import SampleAssembler
 from .constants import SERIAL

@@ -17,10 +17,12 @@ from .source import EndOfSource, NothingYet, Source
 
 
 class FrameQueue:
-    """Up to keep frames; not thread-safe. left_out: number of frames skipped; waited_s: waiting time of the last frame taken, s, by which
-    those who work on it skip what is too old."""
+    """Up to keep frames; not thread-safe without holding changed, which may be common to several queues and is notified of each frame.
+    left_out: number of frames skipped; waited_s: waiting time of the last frame taken, s, by which those who work on it skip what is too
+    old."""
 
-    def __init__(self, keep: int):
+    def __init__(self, keep: int = 1, changed: threading.Condition | None = None):
+        self.changed = changed or threading.Condition()
         self.frames: deque[tuple[float, object]] = deque(maxlen=keep)  # monotonic s of arrival
         self.left_out, self.waited_s = 0, 0.0
         self._passed: deque[tuple[float, bool]] = deque(maxlen=SOURCES.recent_frames)  # monotonic s, whether it was taken
@@ -75,17 +77,17 @@ class Capture:
     """Reads an open source in a thread of its own.
 
     source: opened by the caller, closed by stop; subscribers: returns the number of those who want frames; report: called with (level
-    'error' or 'info', text) on a failure and its end; changed: notified of each frame, to wait for several captures at once; lost: why the
-    source is not open yet, ''; keep: number of newest frames of a live source that wait to be taken; settle: time, s, for which the number
-    of subscribers must not have changed before a recording starts.
+    'error' or 'info', text) on a failure and its end; queue: of the frames that wait to be taken, of a live source the newest ones; lost:
+    why the source is not open yet, ''; settle: time, s, for which the number of subscribers must not have changed before a recording
+    starts.
     """
 
     def __init__(self, source: Source, subscribers: Callable[[], int], report: Callable[[str, str], None],
-                 changed: threading.Condition | None = None, lost: str = '', keep: int = 1, settle: float = 0.0):
+                 queue: FrameQueue | None = None, lost: str = '', settle: float = 0.0):
         self._source, self._subscribers, self._report = source, subscribers, report
         self._settle, self._last_count, self._count_changed_s = settle, 0, -math.inf
-        self._slot = FrameQueue(keep)
-        self._changed = changed or threading.Condition()
+        self._slot = queue or FrameQueue()
+        self._changed = self._slot.changed
         self._stopped, self._active = threading.Event(), threading.Event()
         self._arrivals: deque[float] = deque(maxlen=SOURCES.rate_frames)
         self._status = CaptureStatus('lost' if lost else 'paused', 0, 0, 0, math.nan, math.nan, lost)

@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from waiting import until
 
-from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host, SharedPublisher
+from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host, SerializedSubscription, SharedPublisher
 
 
 @pytest.fixture
@@ -136,7 +136,8 @@ class Bench:
 
     def listen(self, kind=String, raw=False, durability=VOLATILE):
         qos = QoSProfile(depth=10, durability=durability)
-        return AdaptiveSubscription(self.listener, kind, 'words', lambda message, ns: self.heard.append((message, ns)), qos, raw)
+        make = SerializedSubscription if raw else AdaptiveSubscription
+        return make(self.listener, kind, 'words', lambda message, ns: self.heard.append((message, ns)), qos)
 
     def publisher(self, reliability=RELIABLE, durability=VOLATILE):
         return self.sender.create_publisher(String, 'words', QoSProfile(depth=10, reliability=reliability, durability=durability))

@@ -12,7 +12,7 @@ from tactile_driver.simulation.optics.light import Lamps, Lighting
 from tactile_driver.simulation.optics.pattern import LargeDots
 from tactile_driver.simulation.optics.rendering import Imaging, Renderer
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
-from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
+from tactile_driver.simulation.skin.surfaces import Membrane, Rubber, Sheet
 
 PLACES = np.array([[0.0, 0, 0.013], [0.01, 0.004, 0.008], [-0.012, 0.013, 0.004], [0.004, -0.015, 0.006]])
 
@@ -60,7 +60,7 @@ def pattern(membrane):
 
 
 def test_a_wide_disc_on_a_bent_sheet_appears_at_the_centroid_of_its_image():
-    sheet, camera = Sheet(0.133, 0.091, 70.0, 1.25, 3.5e-4, 97), touchpad_camera()
+    sheet, camera = Sheet(0.133, 0.091, Rubber(70.0, 1.25, 3.5e-4), 97), touchpad_camera()
     centre, radius = np.array([[0.004, 0.003, 0.0], [-0.012, 0.006, 0.0]]), np.array([2.1e-3, 1.9e-3])
 
     def bent(xyz):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.psd.scene import PSD_SCENES, Electronics, FingerSpecimen, open_psd_scene
+from tactile_driver.simulation.psd_scene import PSD_SCENES, Electronics, FingerSpecimen, open_psd_scene
 from tactile_driver.simulation.taxel.pad import FACES, BondedLayer, PadSpecimen, RubberPad
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, open_taxel_scene
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.simulation.skin.contact import FrictionalContact
-from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
+from tactile_driver.simulation.skin.surfaces import Membrane, Rubber, Sheet
 from tactile_driver.simulation.skin.tools import TOOLS, Key, Motion, attitude
 
 
@@ -33,7 +33,7 @@ TENSION, STRETCH, BENDING = 50.0, 1.3, 1e-4
 
 @pytest.fixture(scope='module')
 def sheet():
-    return Sheet(0.060, 0.045, TENSION, STRETCH, BENDING, 41)
+    return Sheet(0.060, 0.045, Rubber(TENSION, STRETCH, BENDING), 41)
 
 
 def pressed(sheet, *keys):
@@ -79,7 +79,7 @@ def test_pressed_sheet_is_in_balance_and_lies_on_the_tip(sheet, deep):
 
 def test_a_thick_sheet_bends_to_a_bell_and_draws_nothing_inwards():
     length, foundation = 6.8e-3, 0.9e6  # m, N/m^3
-    sheet = Sheet(0.090, 0.080, 0.0, np.inf, foundation * length**4, 61, foundation)
+    sheet = Sheet(0.090, 0.080, Rubber(0.0, np.inf, foundation * length**4, foundation), 61)
     motion = Motion(TOOLS['ball_5mm'], [Key(0, 0.0, 0.0, 0.0), Key(1, 0.0, 0.0, 0.0005)], sheet)
     contact = FrictionalContact(sheet, 0.4)
     for k in range(5):

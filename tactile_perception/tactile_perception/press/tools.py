@@ -126,22 +126,24 @@ class PressReader:
         Recording and time of each press.
     values : Mapping
         The parameters.
+    params, namespace : Path, str
+        As given.
     """
 
-    def __init__(self, params: Path, namespace: str):
+    def __init__(self, params: Path, namespace: str = ''):
         self.values = read_parameters(params, NODE, MARKER_PARAMETERS)
         self.sensor = marker_sensor(self.values)
         self.left_out: list[str] = []
-        self._namespace, self._rows, self._matrices = namespace, [], None
+        self.params, self.namespace, self._rows, self._matrices = params, namespace, [], None
         self.names: list[str] = []
         self.pattern: np.ndarray | None = None
-        self._params, self.stitching = params, stitching_in(self.values['calibration'], self.sensor.type)
+        self.stitching = stitching_in(self.values['calibration'], self.sensor.type)
 
     def read(self, bag: Path) -> None:
         """Read every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
         tracker, rest = None, None
-        for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
-                                    open_bag=bag_opener(self._params, self.stitching)):
+        for name, found in pairs_of(bag, self.namespace, ('image_raw', TRUTH), self._take_camera,
+                                    open_bag=bag_opener(self.params, self.stitching)):
             stamp_s, image = stamp_seconds(found['image_raw'].header), image_to_array(found['image_raw'])
             try:
                 if rest is None:
@@ -237,12 +239,12 @@ def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> tuple[fl
         return None
 
 
-def read_plate(bag: Path, params: Path, namespace: str, of_tips: PressReader) -> Presses:
+def read_plate(bag: Path, of_tips: PressReader) -> Presses:
     """Read the presses of a plate in the views of the reader of_tips, to whose left_out unusable frames are added.
 
     Raises TactileError as PressReader does.
     """
-    reader = PressReader(params, namespace)
+    reader = PressReader(of_tips.params, of_tips.namespace)
     reader.stitching = of_tips.stitching
     reader.read(bag)
     of_tips.left_out += reader.left_out
@@ -250,23 +252,27 @@ def read_plate(bag: Path, params: Path, namespace: str, of_tips: PressReader) ->
 
 
 def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
-                      plate: Path | None = None, only: str = '') -> str:
+                      plate: Path | None = None) -> str:
+    """Calibrate as `SensorType.calibrate`, or the stitching alone where no truth was recorded; plate: as of `fit_markers`."""
+    reader = PressReader(params, namespace)
+    if not have_truth(bags, namespace) and (stitched := find_stitching(bags, params, reader.sensor, namespace)):
+        return write_stitching(output, reader.sensor.type, stitched, Specimen(serial, reader.values))
+    return fit_markers(reader, bags, output, serial, plate)
+
+
+def fit_markers(reader: PressReader, bags: list[Path], output: Path, serial: str = '', plate: Path | None = None, only: str = '') -> str:
     """Fit the methods, write the calibration file and the plot of its residuals, and return a report.
 
-    plate: bag of a plate that is pressed onto all markers of a sheet, for the paper's method; only: the method to fit, empty for all. See
-    `SensorType.calibrate`.
+    plate: bag of a plate that is pressed onto all markers of a sheet, for the paper's method; only: the method to fit, empty for all.
     """
-    reader = PressReader(params, namespace)
-    stitched = find_stitching(bags, params, reader.sensor, namespace)
-    if stitched is not None and not have_truth(bags, namespace):
-        return write_stitching(output, reader.sensor.type, stitched, Specimen(serial, reader.values))
+    stitched = find_stitching(bags, reader.params, reader.sensor, reader.namespace)
     reader.stitching = reader.stitching if stitched is None else stitched.stitching
     for bag in bags:
         reader.read(bag)
     presses = reader.presses()
     require_coverage(presses)
     if plate is not None:
-        presses = replace(presses, plate=read_plate(plate, params, namespace, reader))
+        presses = replace(presses, plate=read_plate(plate, reader))
     methods, held = fit_methods(presses, reader, only)
     scores = {name: score(found, presses) for name, found in held.items()}
     best = best_method(scores, methods)

@@ -11,7 +11,7 @@ from played import Player, contact, each_sample, touches
 from tactile_driver.frame import SampleBlock
 from tactile_driver.parameters.table import defaults
 from tactile_driver.serial.psd import Demodulator
-from tactile_driver.simulation.psd.scene import Act, Ambient, Electronics, PsdScene, PsdScript, open_psd_scene
+from tactile_driver.simulation.psd_scene import Act, Ambient, Electronics, PsdScene, PsdScript, open_psd_scene
 from tactile_perception._core.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED
 from tactile_perception.common.geometry import error_angle
 from tactile_perception.core.errors import BadArgument

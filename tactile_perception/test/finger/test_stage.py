@@ -7,7 +7,7 @@ import pytest
 from tactile_driver.frame import SampleBlock
 from tactile_driver.nodes.messages.conversions import header_of, voltages_message
 from tactile_driver.parameters.table import defaults
-from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.psd_scene import open_psd_scene
 from tactile_msgs.msg import PsdVoltages
 from tactile_perception.core.errors import BadFrame, ClockSetBack
 from tactile_perception.finger.stage import FingerStage

@@ -15,7 +15,7 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_me
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import BagWriter
-from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.psd_scene import open_psd_scene
 from tactile_perception.core.errors import BadRecording
 from tactile_perception.finger.model import read_psd
 from tactile_perception.finger.tools import PsdRecording, read_recording

@@ -3,7 +3,7 @@
 """Scenes of the simulated finger as voltages with their truth."""
 import numpy as np
 
-from tactile_driver.simulation.psd.scene import PsdScene, open_psd_scene
+from tactile_driver.simulation.psd_scene import PsdScene, open_psd_scene
 from tactile_perception.finger.calibration import Recording
 from tactile_perception.finger.parameters import FingerSettings, PsdFinger
 

@@ -11,6 +11,7 @@ from contextlib import suppress
 from rclpy.duration import Duration
 from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidHandle
+from rclpy.lifecycle import LifecyclePublisher
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
@@ -45,14 +46,16 @@ class AdaptiveSubscription:
 
     kind: type of the messages; of a topic that is or is remapped to .../compressed, Image stands for CompressedImage.
     qos: history and depth; durability: transient local to also receive the last message published before (of a stream that would be an old
-    one). Its reliability is ignored. raw: take gets the serialised message. begin: called before the first message is taken, with the
-    number of messages that its publisher sent before it.
+    one). Its reliability is ignored. begin: called before the first message is taken, with the number of messages that its publisher
+    sent before it.
     """
 
-    def __init__(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile, raw: bool = False,
+    _raw = False
+
+    def __init__(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile,
                  begin: Callable[[int], None] = lambda _missed: None):
         self._begin: Callable[[int], None] | None = begin
-        self._node, self._topic, self._take, self._qos, self._raw = node, topic, take, qos, raw
+        self._node, self._topic, self._take, self._qos = node, topic, take, qos
         self._kind = message_type(kind, node.resolve_topic_name(topic))
         self._lock = threading.RLock()  # events come in the executor's thread, close() in any
         self._subscription: Subscription | None = None
@@ -119,6 +122,12 @@ class AdaptiveSubscription:
         self._take(message, received_ns(info))
 
 
+class SerializedSubscription(AdaptiveSubscription):
+    """The same, whose take gets the serialised message."""
+
+    _raw = True
+
+
 def _sent_before(info: dict) -> int:
     """Number of messages that the publisher sent before this one; 0 where the middleware does not number them."""
     number = info.get('publication_sequence_number') or 1
@@ -154,7 +163,7 @@ class SharedPublisher:
     def publish(self, message, waited_s: float = 0.0) -> None:
         """Publish to the middleware first, then to the takers, with a sending time waited_s, s, before now. The middleware gets the bytes
         of a WrittenMessage, takers its message. An inactive lifecycle publisher publishes nothing."""
-        if not getattr(self._publisher, 'is_activated', True):
+        if isinstance(self._publisher, LifecyclePublisher) and not self._publisher.is_activated:
             return
         written = isinstance(message, WrittenMessage)
         if self._publisher.get_subscription_count():

@@ -116,15 +116,17 @@ def by_the_step(tool: str, positions: Sequence[tuple], *depths: float) -> tuple[
                                untouched=1.75, pause=0.5)
 
 
-def drag(tool: str, x: float, y: float, depth: float, dx: float, dy: float, *, start: float, duration: float = 1.5) -> Act:
-    """A tool is pressed in by depth, m, at x, y, m, and then moves by (dx, dy), m, along the skin within duration, s."""
+def drag(tool: str, position: Sequence[float], depth: float, path: Sequence[float], *, start: float, duration: float = 1.5) -> Act:
+    """A tool is pressed in by depth, m, at a position (x, y), m, and then moves along the skin by path (2,), m, within duration, s."""
+    (x, y), (dx, dy) = position, path
     return act(tool, start, {'t': 0.4, 'press': depth}, {'t': 0.6}, {'t': 0.6 + duration, 'x': x + dx, 'y': y + dy},
                {'t': 0.8 + duration}, {'t': 1.2 + duration, 'press': 0.0}, x=x, y=y)
 
 
-def one_of_two(tool: str, x: float, y: float, depth: float, yaw: float, deeper: float, travel: float, *, start: float) -> Act:
-    """A tool of two parts, turned by yaw, rad, is pressed in by depth, m, at x, y, m; then the part at x > 0 goes deeper, m, and moves by
+def one_of_two(tool: str, pose: tuple[float, float, float], depth: float, deeper: float, travel: float, *, start: float) -> Act:
+    """A tool of two parts is pressed in by depth, m, at a pose (x, y, yaw), m and rad; then the part at x > 0 goes deeper, m, and moves by
     travel, m, away from the other."""
+    x, y, yaw = pose
     apart = {'other_x': travel * math.cos(yaw), 'other_y': travel * math.sin(yaw)}
     name, keys = act(tool, start, {'t': 0.4, 'press': depth}, {'t': 0.6}, {'t': 0.9, 'other_press': deeper}, {'t': 1.1},
                      {'t': 2.1, **apart}, {'t': 2.3}, {'t': 2.7, 'press': 0.0, 'other_press': 0.0}, x=x, y=y)

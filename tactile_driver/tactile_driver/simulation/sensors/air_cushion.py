@@ -101,8 +101,8 @@ def _presses(tool: str, positions: list, deepest: float, count: int, rng: np.ran
 def _calibration(rng: np.random.Generator) -> list:
     """Presses of one indenter over the whole dome to all depths, and drags."""
     acts = _presses(_TIP, _positions(45, 0.075, rng), 0.042, 3, rng)
-    return acts + [partial(drag, _TIP, x, y, 0.020, 0.030 * np.cos(a), 0.030 * np.sin(a), duration=3.0)
-                   for (x, y), a in zip(_positions(6, 0.040, rng), rng.uniform(0, 2 * np.pi, 6))]
+    return acts + [partial(drag, _TIP, position, 0.020, (0.030 * np.cos(a), 0.030 * np.sin(a)), duration=3.0)
+                   for position, a in zip(_positions(6, 0.040, rng), rng.uniform(0, 2 * np.pi, 6))]
 
 
 def _test(rng: np.random.Generator) -> list:
@@ -134,7 +134,7 @@ _OF_BOTH = {
     'demo': one_after_the_other([
         partial(press, _TIP, 0.010, -0.015, 0.015, 0.035, move=0.6), partial(press, 'ball_60mm', -0.045, 0.020, 0.012, 0.030, move=0.6),
         partial(press, 'ball_15mm', 0.040, 0.045, 0.010, 0.025, move=0.6),
-        partial(drag, _TIP, -0.030, -0.035, 0.022, 0.060, 0.015, duration=2.5),
+        partial(drag, _TIP, (-0.030, -0.035), 0.022, (0.060, 0.015), duration=2.5),
         partial(press, 'fists_70mm', 0.0, 0.010, 0.010, 0.022, move=0.6)], untouched=TIMING.starting),
     'calibration': one_after_the_other(_calibration(np.random.default_rng(5)), pause=0.3),
     **{f'{name}zones{of}': _zones(*depths, tool=tool, reach=reach) for name, tool, reach, scenes in (

@@ -12,7 +12,7 @@ from ..optics.camera import CameraDesign
 from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import TIMING, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
-from ..skin.surfaces import Sheet
+from ..skin.surfaces import Rubber, Sheet
 from .marker_sheet import INK, SHEET_COLOUR, drags, grid, markers, on_markers, presses, scattered, stage_presses
 
 
@@ -44,8 +44,8 @@ def areal_dual(seed: int, thick: bool = False) -> Specimen:
     """A sheet with two cameras. seed: of manufacturing tolerances and noise; thick: it bends and does not stretch."""
     rng = np.random.default_rng([seed, 12])
     stiffer = 1 + rng.normal(0, 0.03)
-    skin = (0.0, np.inf, SHEET.bending * stiffer, 97, SHEET.foundation) if thick else (70.0 * stiffer, 1.25, 3.5e-4, 97)
-    sheet = Sheet(2 * SHEET.half[0], 2 * SHEET.half[1], *skin)
+    rubber = Rubber(0.0, np.inf, SHEET.bending * stiffer, SHEET.foundation) if thick else Rubber(70.0 * stiffer, 1.25, 3.5e-4)
+    sheet = Sheet(2 * SHEET.half[0], 2 * SHEET.half[1], rubber, 97)
     cameras = tuple(CameraDesign((289.0, 289.0), centre, SHEET.distortion, turn, position, SHEET.size).built(rng).mounted(SHEET.size[0])
                     for centre, turn, position in (
         ((241.0, 318.0), (0.006, -0.010, -0.022), (SHEET.off_centre, 0.0006, 0.0465)),
@@ -91,8 +91,8 @@ AREAL_DUAL_SCENES: dict[str, Script] = {f'areal_dual_{name}': Script(areal_dual,
     'two': one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.002, 0.004) for mm, x, y in (
         (46, 0.0, 0.0), (37, 0.010, -0.012), (28, -0.030, 0.010), (23, 0.003, 0.005))], pause=0.5),
     # two of unlike size, of which one goes deeper and moves away
-    'two_unlike': one_after_the_other([partial(one_of_two, 'fingers_6_and_12mm_30mm', 0.003, 0.004, 0.002, 0.5, 0.001, 0.008),
-                                       partial(one_of_two, 'fingers_6_and_12mm_42mm', -0.012, -0.003, 0.0035, 2.8, -0.001, 0.006)],
+    'two_unlike': one_after_the_other([partial(one_of_two, 'fingers_6_and_12mm_30mm', (0.003, 0.004, 0.5), 0.002, 0.001, 0.008),
+                                       partial(one_of_two, 'fingers_6_and_12mm_42mm', (-0.012, -0.003, 2.8), 0.0035, -0.001, 0.006)],
                                       pause=0.5),
     'calibration': one_after_the_other(_calibration(np.random.default_rng(3)), pause=0.3),
     'test': one_after_the_other(_test(np.random.default_rng(4)), pause=0.3),
@@ -103,14 +103,14 @@ AREAL_DUAL_SCENES: dict[str, Script] = {f'areal_dual_{name}': Script(areal_dual,
     # presses in the left view, in both views and in the right view; a drag from left to right; two fingertips
     'demo': one_after_the_other([
         partial(press, _TIP, -0.035, 0.015, 0.002, 0.005), partial(press, _TIP, 0.002, -0.010, 0.002, 0.005),
-        partial(press, _TIP, 0.040, -0.018, 0.0015, 0.004), partial(drag, _TIP, -0.025, -0.012, 0.0035, 0.050, 0.020, duration=2.5),
+        partial(press, _TIP, 0.040, -0.018, 0.0015, 0.004), partial(drag, _TIP, (-0.025, -0.012), 0.0035, (0.050, 0.020), duration=2.5),
         partial(press, 'fingertips_37mm', 0.0, 0.005, 0.002, 0.004)], untouched=TIMING.starting),
     # presses at 30, 65 and 100 mm/s, under each camera and at the seam
     'fast': one_after_the_other([partial(press, _TIP, x, y, 0.0045, move=0.0045 / speed)
                                  for speed, y in ((0.030, 0.012), (0.065, -0.014), (0.100, 0.003)) for x in (-0.034, 0.002, 0.037)],
                                 pause=0.3),
     # drags at about 70 and 100 mm/s through the seam, and out to a corner
-    'fast_drag': one_after_the_other([partial(drag, _TIP, -0.020, 0.005, 0.0035, 0.040, -0.010, duration=0.6),
-                                      partial(drag, _TIP, 0.020, -0.015, 0.003, -0.040, 0.030, duration=0.5),
-                                      partial(drag, _TIP, 0.010, -0.015, 0.003, 0.030, 0.030, duration=0.5)], pause=0.3),
+    'fast_drag': one_after_the_other([partial(drag, _TIP, (-0.020, 0.005), 0.0035, (0.040, -0.010), duration=0.6),
+                                      partial(drag, _TIP, (0.020, -0.015), 0.003, (-0.040, 0.030), duration=0.5),
+                                      partial(drag, _TIP, (0.010, -0.015), 0.003, (0.030, 0.030), duration=0.5)], pause=0.3),
 }.items()} | {'areal_dual_rest': Script(areal_dual, duration=10.0)}

@@ -12,7 +12,7 @@ from ..optics.camera import CameraDesign
 from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import TIMING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
-from ..skin.surfaces import Sheet
+from ..skin.surfaces import Rubber, Sheet
 from .marker_sheet import INK, SHEET_COLOUR, drags, grid, markers, on_markers, presses, scattered, stage_presses
 
 
@@ -39,7 +39,7 @@ def areal_single(seed: int, width: int = 640, camera: tuple[float, float] = SHEE
     """A sheet with one camera. seed: of manufacturing tolerances and noise; width: of the image, px; camera: distance, m, and focal length,
     px."""
     rng = np.random.default_rng([seed, 11])
-    sheet = Sheet(2 * SHEET.half[0], 2 * SHEET.half[1], 48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4, 65)
+    sheet = Sheet(2 * SHEET.half[0], 2 * SHEET.half[1], Rubber(48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4), 65)
     distance, focal = camera
     camera = CameraDesign((focal, focal), (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0),
                           (0.0, 0.0, distance)).built(rng).mounted(width)
@@ -64,7 +64,7 @@ def _test(rng: np.random.Generator) -> list:
 def _session() -> tuple[Act, ...]:
     """Presses as a person makes them: at twelve positions; one that slides at once, one without a pause before it."""
     acts = session(_TIP, grid((0.021, 0.0155), 4, 3), 0.002, 0.004, 0.006)
-    acts.insert(3, partial(drag, _TIP, -0.008, 0.002, 0.004, 0.012, 0.0))
+    acts.insert(3, partial(drag, _TIP, (-0.008, 0.002), 0.004, (0.012, 0.0)))
     first = one_after_the_other(acts[:2], pause=1.6)
     hasty = press(_TIP, 0.0, 0.005, 0.003, start=first[-1][1][-1].t + 0.3, move=0.2, hold=0.5)
     return (*first, hasty, *one_after_the_other(acts[2:], untouched=hasty[1][-1].t + 1.6, pause=1.6))
@@ -79,22 +79,22 @@ _PAPERS = {
                              SHEET.half, 3, np.random.default_rng(9)),
     'table_1': by_the_step(_TIP, _TABLE_1),
     'motion': one_after_the_other([partial(press, _TIP, 0.0045, -0.0030, 0.004, 0.008, hold=0.5),
-                                   partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)]),
+                                   partial(drag, _TIP, (-0.010, 0.004), 0.006, (0.020, -0.006))]),
 }
 
 AREAL_SINGLE_SCENES: dict[str, Script] = {f'areal_single_{name}': Script(areal_single, acts) for name, acts in {
     'demo': one_after_the_other([
         partial(press, _TIP, 0.004, -0.003, 0.003, 0.008), partial(press, _TIP, -0.017, 0.008, 0.004, 0.009),
-        partial(press, _TIP, 0.016, 0.010, 0.002, 0.006), partial(drag, _TIP, -0.012, -0.006, 0.006, 0.022, 0.008),
+        partial(press, _TIP, 0.016, 0.010, 0.002, 0.006), partial(drag, _TIP, (-0.012, -0.006), 0.006, (0.022, 0.008)),
         partial(press, 'fingertips_18mm', 0.0, 0.0, 0.003, 0.006)], untouched=TIMING.starting),
     'press': one_after_the_other([partial(press, _TIP, 0.007, -0.005, 0.004, 0.010)]),
-    'drag': one_after_the_other([partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)]),
+    'drag': one_after_the_other([partial(drag, _TIP, (-0.010, 0.004), 0.006, (0.020, -0.006))]),
     # two fingertips, 2.5 to 5 marker pitches apart
     'two': one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.003, 0.006) for mm, x, y in (
         (23, 0.0, 0.0), (18, 0.004, -0.006), (14, -0.006, 0.005), (11, 0.003, 0.002))], pause=0.5),
     # two of unlike size, of which one goes deeper and moves away
-    'two_unlike': one_after_the_other([partial(one_of_two, 'fingers_4_and_9mm_20mm', 0.001, 0.002, 0.003, 0.6, 0.002, 0.004),
-                                       partial(one_of_two, 'fingers_4_and_9mm_26mm', -0.002, -0.001, 0.005, 2.9, -0.002, 0.003)],
+    'two_unlike': one_after_the_other([partial(one_of_two, 'fingers_4_and_9mm_20mm', (0.001, 0.002, 0.6), 0.003, 0.002, 0.004),
+                                       partial(one_of_two, 'fingers_4_and_9mm_26mm', (-0.002, -0.001, 2.9), 0.005, -0.002, 0.003)],
                                       pause=0.5),
     'calibration': one_after_the_other(_calibration(np.random.default_rng(1)), pause=0.3),
     'test': one_after_the_other(_test(np.random.default_rng(2)), pause=0.3),

@@ -22,7 +22,7 @@ from ..optics.camera import CameraDesign
 from ..optics.light import Lamps
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
-from ..skin.surfaces import Sheet
+from ..skin.surfaces import Rubber, Sheet
 from ..truth import NON_CONTACT, SLIPPING, STICKING, FramesInOrder, SimulatedFrame, Touch, TruthFrame, slip_state_of
 
 
@@ -82,7 +82,7 @@ class GelScene(FramesInOrder[TruthFrame]):
         self._contact = GelContact(MATERIAL, script.indenter, script.friction)
         self._known: list[TruthFrame] = []
         self._at = self._keys[0, 1:]
-        sheet = Sheet(2 * GEL.half[0], 2 * GEL.half[1], 50.0, 1.3, 1e-4, 33)
+        sheet = Sheet(2 * GEL.half[0], 2 * GEL.half[1], Rubber(50.0, 1.3, 1e-4), 33)
         angle = rng.uniform(0, 2 * np.pi)  # of an LED beside the gel; the brightest position is twice as bright as the darkest
         light = Lamps(((0.03 * np.cos(angle), 0.03 * np.sin(angle), -0.03),), (100.0,), 0.042, 55.0, (0.97, 1.0, 0.94), exposure=1.0)
         self._renderer = Renderer(sheet, self.camera, light, Imaging(blur=1.0, read_noise=1.2, shot_noise=0.02, ink=0.8), seed)

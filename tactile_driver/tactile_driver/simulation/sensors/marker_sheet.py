@@ -57,9 +57,9 @@ def drags(tool: str, count: int, half: tuple, depths: tuple, length: float, rng:
     (smallest, largest), m, and then moves by a length, m, in a random direction."""
     acts = []
     for _ in range(count):
-        x, y = rng.uniform(-0.35, 0.35, 2) * half
+        position = rng.uniform(-0.35, 0.35, 2) * half
         angle = rng.uniform(0, 2 * np.pi)
-        acts.append(partial(drag, tool, x, y, rng.uniform(*depths), length * np.cos(angle), length * np.sin(angle)))
+        acts.append(partial(drag, tool, position, rng.uniform(*depths), (length * np.cos(angle), length * np.sin(angle))))
     return acts
 
 

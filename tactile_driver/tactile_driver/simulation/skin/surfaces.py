@@ -3,6 +3,7 @@
 """The simulated skins: a square grid of nodes with a clamped border, as a dome over a fluid or as a flat sheet."""
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Callable
 
 import numpy as np
@@ -219,17 +220,28 @@ class Membrane(Skin):
 # instead: without it, a press would bend the whole sheet. Its stretch is infinite: no term draws material towards the contact.
 
 
+@dataclass(frozen=True)
+class Rubber:
+    """Of a sheet. tension: T, N/m; stretch: s, from 1.2; bending: D, N m; foundation: k, N/m^3, of an elastic layer that holds the whole
+    sheet."""
+
+    tension: float
+    stretch: float
+    bending: float
+    foundation: float = 0.0
+
+
 class Sheet(Skin):
-    """width (along x), height (along y): m; tension: T, N/m; stretch: s, from 1.2; bending: D, N m; nodes: along each side; foundation: k,
-    N/m^3, of an elastic layer that holds the whole sheet."""
+    """width (along x), height (along y): m; nodes: along each side."""
 
     #: Nodes rub from the step after their first contact on: in slides of 0.95 spacings the friction of a drag falls to a third of Coulomb's
     #: in some frames, in slides of 0.4 it varies by a tenth (measured).
     longest_slide = 0.4
 
-    def __init__(self, width: float, height: float, tension: float, stretch: float, bending: float, nodes: int, foundation: float = 0.0):
+    def __init__(self, width: float, height: float, rubber: Rubber, nodes: int):
         self.width, self.height = width, height
-        self._push_apart = tension * stretch**-6
+        tension, bending, foundation = rubber.tension, rubber.bending, rubber.foundation
+        self._push_apart = tension * rubber.stretch**-6
         steps = np.linspace(-1, 1, nodes)
         self._half = np.array([width / 2, height / 2])
         super().__init__(self.surface(np.stack(np.meshgrid(steps, steps), axis=-1)), tension)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...errors import BadArgument, by_name
-from ..constants import SIMULATION
-from ..truth import Touch
+from ..errors import BadArgument, by_name
+from .constants import SIMULATION
+from .truth import Touch
 
 # The model covers what determines the four voltages. An object presses the cover towards the waveguide. Before contact the cover reflects
 # leaking light; in contact a patch of finite size scatters light. The tapered, irregular fibre plate leads the light of each point of the

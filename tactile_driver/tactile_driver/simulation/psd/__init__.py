@@ -1,3 +1,0 @@
-# Copyright 2026 The tactile authors
-# SPDX-License-Identifier: Apache-2.0
-"""The simulated PSD (position sensitive detector) finger and its scenes."""
