@@ -84,12 +84,14 @@ def _settings(sensor_type: str) -> dict[str, str]:
 
 
 def _touchpad() -> dict[str, str]:
-    """The arguments of the touchpad, whose skin is stiffer than that of the simulated one."""
+    """The arguments of the touchpad, whose skin is stiffer than that of the simulated one, and whose process may be started again while it
+    holds an object."""
     from ..grasp.skin import PARAMETERS  # takes a second
 
     return {name: default for name, (default, _) in sensor_arguments(_TOUCHPAD).items()} | {
         'namespace': _TOUCHPAD, 'source': 'topics', 'topic': '/gripper_node/touchpad/image_raw',
-        'params': _params(_TOUCHPAD, PARAMETERS | _SIMULATED_TIME)}
+        'params': _params(_TOUCHPAD, PARAMETERS | _SIMULATED_TIME | {
+            'reference_file': str(Path(launch_config.log_dir, 'touchpad_reference.npy'))})}
 
 
 def _params(sensor_type: str, others: Mapping[str, object]) -> str:

@@ -61,12 +61,12 @@ class Replay:
 
     def __init__(self, bag: Path, params: Path, calibration: Path | None = None, namespace: str = '',
                  topics: Collection[str] | None = None):
-        self._wanted, self._stage = topics, make_stage(params, calibration)
+        with BagReader(bag) as reader:
+            own = {'input': DOTS} if _holds_dots_alone(reader.topics, namespace) else {}
+        self._wanted, self._stage = topics, make_stage(params, calibration, reference_file='', **own)
         self.open = partial(bag_opener(params, self._stage.stitching), bag)
         with self.open() as reader:
             self.topics = reader.topics
-            if _holds_dots_alone(self.topics, namespace):
-                self._stage = make_stage(params, calibration, input=DOTS)
             source = self._stage.input
             self.prefix = find_prefix(self.topics, namespace, source.topic, type_name_of(source.type))
             problems = {topic: unusable(kind, reader.hashes.get(topic, '')) for topic, kind in self.topics.items()}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from typing import ClassVar, NamedTuple
 
 from sensor_msgs.msg import CompressedImage, Image
@@ -17,6 +18,7 @@ from ..common.camera_stage import CameraStage, Matrices
 from ..common.dots import DotTracks
 from ..core.errors import BadFrame
 from ..core.stage import Input
+from .kept_image import KeptImage
 from .parameters import DOT_PARAMETERS, DOTS
 from .tracker import DotTracker, tracker_options
 
@@ -53,6 +55,7 @@ class DotStage(CameraStage):
         self.has_reference = not self._takes_dots
         self.outputs = ({} if self._takes_dots else {'dots': DotTracksMessage}) | dict(self.contact_outputs)
         self._frame_id = values['frame_id'] or values['sensor_type']
+        self._kept = KeptImage(values.get('reference_file', ''))
         self._far = 0  # frames too far apart until the last call of health
 
     def use_frame(self, frame_id: str) -> None:
@@ -104,7 +107,14 @@ class DotStage(CameraStage):
         self.use_camera(lambda size: not any(size) or size == image.shape[1::-1])
         self._make_missing()
         self.check_size(image)
-        return self.estimator.tracker.process(image, stamp_s), Header(stamp=message.header.stamp, frame_id=self._frame_id)
+        tracker = self.estimator.tracker
+        kept = None if tracker.reference.taken else self._kept.read(image.shape)
+        if kept is not None:
+            with suppress(BadFrame):  # of other parameters
+                tracker.process(kept, stamp_s - 1.0)
+        tracks = tracker.process(image, stamp_s)
+        self._kept.add(image)
+        return tracks, Header(stamp=message.header.stamp, frame_id=self._frame_id)
 
     def _make_missing(self) -> None:
         """Do without a camera_info that has not come."""
@@ -125,6 +135,7 @@ class DotStage(CameraStage):
 
     def set_reference(self) -> None:
         """Take the next frame as the untouched state; an estimator that does not exist yet starts with that."""
+        self._kept.remove()
         if self.estimator is not None:
             self.estimator.tracker.set_reference()
 

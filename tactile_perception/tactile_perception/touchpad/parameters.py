@@ -19,6 +19,7 @@ TOUCHPAD_SENSOR_PARAMETERS = (
 )
 
 TOUCHPAD_PARAMETERS = TOUCHPAD_SENSOR_PARAMETERS + detection_parameters('dark', 'likelihood', 'lattice') + (
+    fixed('reference_file', str, '', '', 'keeps the image of the reference (.npy), which a node that starts again takes; empty: none'),
     fixed('contact', str, 'membrane', '', 'method that classifies dots as free, sticking or slipping', choices=CONTACT_METHODS),
     fixed('paper.d_max', float, 0.91e-3, 'm', 'paper: displacement that ends an interval (D_max, eq 10)', 1e-6, 1.0),
     fixed('paper.delta_d', float, 0.19e-3, 'm', 'paper: threshold of the tests (delta_d, eqs 12 and 14)', 1e-7, 1.0),

@@ -334,6 +334,24 @@ def test_a_ball_is_one_contact_and_rest_is_none(ball_messages, done):
     assert len(results[2]['contact_region'].outlines) == 1
 
 
+def test_a_stage_that_starts_again_under_a_contact_takes_the_reference_from_the_file(ball_messages, done, tmp_path):
+    info, images, values, _ = ball_messages
+    values = {**values, 'reference_file': str(tmp_path / 'reference.npy')}
+
+    def contacts(stage, image):
+        stage.take('camera_info', info)
+        return stage.process(image)['contacts'][0].contacts
+    before = TouchpadStage(values)
+    assert contacts(before, images[0]) == []
+    again = TouchpadStage(values)
+    (contact,), (wanted,) = contacts(again, images[2]), done[1][2]['contacts'].contacts
+    assert contact.depth == pytest.approx(wanted.depth, abs=0.05e-3) and contact.force == pytest.approx(wanted.force, rel=0.02)
+    again.set_reference()
+    assert not (tmp_path / 'reference.npy').exists()
+    with pytest.raises(BadArgument, match='there is no folder'):
+        TouchpadStage({**values, 'reference_file': str(tmp_path / 'none' / 'reference.npy')})
+
+
 def test_only_what_is_asked_for_becomes_a_message(ball_messages):
     info, images, values, _ = ball_messages
     stage = TouchpadStage(values)
