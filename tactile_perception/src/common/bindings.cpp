@@ -12,6 +12,21 @@
 
 namespace tactile::border {
 
+// The points of a cloud, with the fields that tactile_perception.common.messages describes: the last one holds the state.
+static std::vector<float> packed_points(const std::array<const double*, 4>& vectors, const double* normal_force,
+                                        const Array<std::uint8_t>& state) {
+    std::vector<float> packed(14 * state.size);
+    float* next = packed.data();
+    for (std::ptrdiff_t k = 0; k < state.size; ++k) {
+        for (const double* vector : vectors) {
+            for (std::ptrdiff_t axis = 0; axis < 3; ++axis) *next++ = static_cast<float>(vector[3 * k + axis]);
+        }
+        *next++ = static_cast<float>(normal_force[k]);
+        std::memcpy(next++, &state.data[k], 1);
+    }
+    return packed;
+}
+
 static void bind_tracker(py::module_& module) {
     def(module, "may_continue", "Whether a contact may continue: src/common/contact_tracker.hpp.", {"seen_s", "last_s", "stamp_s"},
         may_continue);
@@ -20,15 +35,17 @@ static void bind_tracker(py::module_& module) {
     auto tracker = class_of<ContactTracker>(module, "ContactTracker", "Contacts from frame to frame: src/common/contact_tracker.hpp.");
     init(tracker, {}, [] { return ContactTracker(); });
     def(tracker, "reset", "All regions are new contacts; ids are not reused.", {}, &ContactTracker::reset);
-    def(tracker, "assign", "The contact of each region, a label and Moments, in their order; labels: of each dot or taxel; reach: m.",
-        {"labels (N)", "regions", "reach", "stamp_s"},
-        [](ContactTracker& one, const std::vector<std::int32_t>& labels, const py::list& regions, double reach, double stamp) {
+    using Labels = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
+    def(tracker, "assign",
+        "The contact of each region, a label and Moments, in their order. labels: of each dot or taxel, 0 outside of the regions; reach: m.",
+        {"labels", "regions", "reach", "stamp_s"},
+        [](ContactTracker& one, const Labels& labels, const py::list& regions, double reach, double stamp) {
             std::vector<TrackedRegion> found;
             for (const py::handle& given : regions) {
                 const auto [label, moments] = given.cast<std::pair<std::int32_t, py::object>>();
                 found.push_back({label, moments.attr("centroid").cast<Eigen::Vector3d>(), moments.attr("area").cast<double>()});
             }
-            return one.assign(labels, found, reach, stamp);
+            return one.assign({labels.data(), labels.data() + labels.size()}, found, reach, stamp);
         });
 }
 
@@ -46,6 +63,10 @@ static void bind_common(py::module_& parent) {
             Nearest found = nearest_points(points, points.length(), queries, queries.length(), count);
             return std::tuple(std::move(found.distance), std::move(found.index));
         });
+    def(module, "pack_points -> (N, 14)", "Points of a cloud: x, y, z of each vector, normal_force; state, a byte.",
+        {"xyz (N, 3)", "normal (N, 3)", "displacement (N, 3)", "force (N, 3)", "normal_force (N)", "state (N)"},
+        [](const double* xyz, const double* normal, const double* displacement, const double* force, const double* normal_force,
+           const Array<std::uint8_t>& state) { return packed_points({xyz, normal, displacement, force}, normal_force, state); });
     class_of<RegionOutlines>(module, "RegionOutlines", "Polygons, with their points and moments: src/common/region_moments.hpp.",
                              {"vertices (M, 2)", "points (M, 3)", "moments (Q, 10)"});
     def(module, "find_outlines", "RegionOutlines of the regions where score, clipped to 0 and 1, is above level, with refine steps a node.",

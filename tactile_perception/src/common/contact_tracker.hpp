@@ -25,7 +25,7 @@ struct TrackedContact {
     TrackedRegion region;    // in the last frame with it
     double since_s, seen_s;  // stamps of the first and of the last frame with it
     bool merged;             // whether several contacts have merged into the region
-    TACTILE_FIELDS(number, since_s, seen_s, merged)
+    TACTILE_FIELDS(number, merged)
     // Whether it has been there for longer than a transient.
     bool is_persistent() const;
 };

@@ -38,7 +38,6 @@ static void bind_force_taxels(py::module_& parent) {
     determine<F> = [](const F& one, Lengths& of) { of['N'] = one.count(); };
     get(filter, "friction", "mean of the coefficient", &F::friction);
     get(filter, "friction_sigma", "its standard deviation", &F::friction_sigma);
-    get(filter, "moving", "probability that the object moves", &F::moving);
     const auto made = [](const std::vector<double>& tilt, const SlipLimits& limits) { return F(tilt, limits); };
     init(filter, {"tilt (N)", "limits"}, made, SlipLimits());
     def(filter, "reset", "Starts again without a history; what is known of friction is kept.", {}, &F::reset);

@@ -112,8 +112,6 @@ void bind_shear(py::module_& module) {
         {"touched (R, C)", "pressure (R, C)", "shift (3)"}, [](S& one, Bytes touched, const float* pressure, const Eigen::Vector3d& shift) {
             return change(one, [&](S& next) { return next.move(touched, pressure, {shift[0], shift[1], shift[2]}); });
         });
-    def(shear, "pressure_of -> (R, C)", "Pressure under the pad that a traction causes by its convergence, in its unit.",
-        {"traction (2, R, C)"}, [](const S& one, const float* traction) { return one.pressure_of(traction); });
     def(
         shear, "pressure_centre", "(2,) m, where pressure acts on the pad's surface; friction: (2,) N of the object: src/taxel/shear.hpp.",
         {"pressure (R, C)", "touched (R, C)", "friction"},

@@ -20,6 +20,7 @@ from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.recordings.written_message import WrittenMessage
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
+from .._core.common import pack_points
 from ..core.messages import check_numbers, dot_numbers
 from . import dots
 from .estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
@@ -176,10 +177,8 @@ def slip_to_message(estimate: SlipEstimate, header) -> WrittenMessage:
 
 
 POINTS = {'points': PointCloud2}
-_VECTORS = 'xyz', 'normal', 'displacement', 'force'  # of a point, in the order of their fields
 _FLOATS = (*(f'{name}{axis}' for name in ('', 'normal_', 'displacement_', 'force_') for axis in 'xyz'), 'normal_force')
-_VECTOR = np.dtype('V12')  # three floats, which NumPy copies as one
-_POINT = np.dtype([*((name, _VECTOR) for name in _VECTORS), ('normal_force', '<f4'), ('state', 'u1'), ('filled', 'V3')])
+_POINT_BYTES = 4 * len(_FLOATS) + 4  # with those of the state
 
 
 def _written_fields() -> bytes:
@@ -210,17 +209,14 @@ def points_to_message(points: SurfacePoints, header) -> WrittenMessage:
     WrittenMessage
         Of PointCloud2, with as many rows and columns as the grid.
     """
-    rows, columns = points.shape
-    packed = np.zeros(rows * columns, _POINT)
-    for name in _VECTORS:
-        packed[name] = np.ascontiguousarray(getattr(points, name), '<f4').view(_VECTOR)[:, 0]
-    packed['normal_force'], packed['state'] = points.normal_force, points.state
+    packed = pack_points(*(np.asarray(numbers, float) for numbers in (points.xyz, points.normal, points.displacement, points.force,
+                                                                      points.normal_force)), np.asarray(points.state, np.uint8))
     message = WrittenMessage(PointCloud2, header)
     message.add(np.uint32, points.shape)
     message.add_bytes(_FIELDS)
     message.add(np.bool_, False)  # not big-endian
-    message.add(np.uint32, (_POINT.itemsize, _POINT.itemsize * columns))
-    message.add_sequence(np.uint8, packed.view(np.uint8))
+    message.add(np.uint32, (_POINT_BYTES, _POINT_BYTES * points.shape[1]))
+    message.add_sequence(np.uint8, packed.view(np.uint8).ravel())
     message.add(np.bool_, np.isfinite(points.xyz).all())
     return message
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._core.common import ContactTracker
 from .._core.force_taxels import Touch
 from ..common.constants import COMMON
-from ..common.contact_tracker import ContactTracker
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.surface import Moments
 from ..common.surface_points import NON_CONTACT, STICKING

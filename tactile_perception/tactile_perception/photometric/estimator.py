@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ..common.contact_tracker import ContactTracker
+from .._core.common import ContactTracker
 from ..common.dots import DotTracks
 from ..common.estimates import AT_EDGE, NONE, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.surface import Moments, axes

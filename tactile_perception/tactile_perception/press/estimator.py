@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ..common.contact_tracker import may_continue
+from .._core.common import may_continue
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.marker_sensor import MarkerSensor, rest_points

@@ -147,6 +147,7 @@ class TaxelEstimator:
         if settings.method not in TAXEL_METHODS:
             raise BadArgument(f'method {settings.method!r} is unknown; choose one of {", ".join(TAXEL_METHODS)}')
         self.array, self.pad, self.settings = array, pad, settings
+        self._normals = np.tile(_OUTWARDS, (array.xyz.shape[0], 1))
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response)
         by_depth = self._method is not None and self._method.is_depth_preferred
         self._kernel = Estimator(pad_on(array, pad), pad.stiffness, settings, array.dead(settings.dead), by_depth, LIMITS)
@@ -230,8 +231,8 @@ class TaxelEstimator:
     def _points(self, found: Found, slips: bool) -> SurfacePoints:
         """Compute the SurfacePoints of one frame, on the untouched surface."""
         points = self._kernel.points(found, slips)
-        return SurfacePoints(self.array.shape, self.array.xyz, np.broadcast_to(_OUTWARDS, self.array.xyz.shape), points.displacement,
-                             points.force, points.normal_force, points.state)
+        return SurfacePoints(self.array.shape, self.array.xyz, self._normals, points.displacement, points.force,
+                             points.normal_force, points.state)
 
 
 def _region(found: Found) -> ContactRegionEstimate:

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from .. import _core
+from .._core.common import ContactTracker
 from ..common.constants import COMMON
-from ..common.contact_tracker import ContactTracker
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, scatter, to_grid

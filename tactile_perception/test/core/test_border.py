@@ -105,6 +105,7 @@ def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
+POINTS = {'xyz': DOTS, 'normal': UP, 'displacement': DOTS, 'force': UP, 'normal_force': np.ones(42), 'state': np.ones(42, np.uint8)}
 BETWEEN = {'points': np.ascontiguousarray(DOTS[:, :2]), 'queries': np.ascontiguousarray(DOTS[:5, :2] + 1e-4)}
 
 CALLS = {
@@ -126,6 +127,7 @@ CALLS = {
     'nearest_points': (lambda **a: list(_core.common.nearest_points(**BETWEEN | a, count=3)), BETWEEN),
     'grid_normals': (lambda xyz=WIDE: [_core.common.grid_normals(xyz)], {'xyz': WIDE}),
     'extend_surface': (lambda xyz=WIDE: [_core.common.extend_surface(xyz)], {'xyz': WIDE}),
+    'pack_points': (lambda **a: [_core.common.pack_points(**POINTS | a)], POINTS),
     'find_outlines': (lambda **a: fields(_core.common.find_outlines(**SCORE | a, level=0.5, refine=2)), SCORE),
     'region_axes': (lambda **a: [_core.common.region_axes(**AXES | a, pitch=1e-3)], AXES),
     'contact_point': (contact_point, PATCH | SHAPE),

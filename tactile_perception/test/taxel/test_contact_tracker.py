@@ -3,7 +3,7 @@
 import numpy as np
 from taxel_pictures import ARRAY, bar, both, moments, picture
 
-from tactile_perception.common.contact_tracker import ContactTracker
+from tactile_perception._core.common import ContactTracker
 from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.region import ContactScore, find_regions
 

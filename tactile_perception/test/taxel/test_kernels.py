@@ -36,8 +36,6 @@ CALLS = {
                      {'score': TOUCHED.astype(np.float32), 'pressure': PRESSURE, 'full': TOUCHED}),
     'move': (lambda touched=TOUCHED, pressure=PRESSURE, shift=np.array([1e-4, 0, 0.01]): [
         shear().move(touched, pressure, shift)], {'touched': TOUCHED, 'pressure': PRESSURE, 'shift': np.array([1e-4, 0, 0.01])}),
-    'pressure_of': (lambda traction=np.stack([PRESSURE, -PRESSURE]): [shear().pressure_of(traction)],
-                    {'traction': np.stack([PRESSURE, -PRESSURE])}),
     'pressure_centre': (lambda pressure=PRESSURE, touched=TOUCHED: [shear().pressure_centre(pressure, touched, [1.0, 2.0])],
                         {'pressure': PRESSURE, 'touched': TOUCHED}),
     'MotionTracker': (tracked, {'pressure': PRESSURE, 'touched': TOUCHED, 'seen': PRESSURE}),
