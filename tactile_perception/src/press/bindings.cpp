@@ -4,11 +4,12 @@
 #include "bindings/bindings.hpp"
 
 #include "bindings/border.hpp"
-#include "press/dome.hpp"
+#include "press/dome_method.hpp"
 #include "press/marker_field.hpp"
 #include "press/region.hpp"
 #include "press/sheet_fit.hpp"
 #include "press/sheet_membrane.hpp"
+#include "press/sheet_method.hpp"
 #include "press/sheet_surface.hpp"
 
 namespace tactile::border {
@@ -59,6 +60,8 @@ void bind_markers(py::module_& module) {
     get(rest, "uv", "Untouched positions (K, 2), px.", &RestMarkers::uv);
     get(rest, "area", "Untouched areas (K), px^2.", &RestMarkers::area);
     get(rest, "is_view_outdated", "Whether the view must be made again, of these positions.", &RestMarkers::is_view_outdated);
+    class_of<PressEstimate>(module, "PressEstimate", "Fields of a TouchEstimate.");
+    record<PressOdds>(module, "PressOdds", "Prior of hypotheses: src/press/choice.hpp.", {"[1e-12, 1e12]"});
     auto surface = record<MarkerSurface>(module, "MarkerSurface", "The undeformed surface: src/press/marker_surface.hpp.", {"[0, 1e3]"});
     def(surface, "normal", "Unit normal (3) of the undeformed surface.", {"position (2)"}, &MarkerSurface::normal);
     def(surface, "rest_points", "Positions (K, 3), m, of untouched markers.", {"rest (K, 2)", "camera_centre (K, 3)"},
@@ -130,7 +133,8 @@ void bind_sheet(py::module_& module) {
                            "Shift, m, and growth (N, 3) of markers, and the sheet there (N, 9): src/press/sheet_fit.hpp.");
     record<SheetPlan>(module, "SheetPlan", "What a table of presses on a sheet covers: src/press/sheet_library.hpp.",
                       {"widening [0, 1]", "n [1, 100]", "order [1, 8]", "levels [1, 1000]", "half reach (2) [1e-6, 10]", "[1e-6, 10]"});
-    auto table = class_of<SheetTable>(module, "SheetTable", "Simulated presses on a sheet: src/press/sheet_library.hpp.");
+    auto table = class_of<SheetTable, std::shared_ptr<SheetTable>>(
+        module, "SheetTable", "Simulated presses on a sheet: src/press/sheet_library.hpp.");
     init(table, {"plan", "modes (4) [0, 10000]", "coefficients (P)", "shapes (Q)"}, made_table);
     def(table, "fit", "The SheetFit to a frame, from presses start.", {"markers", "frame", "noise", "prior", "start (T=1..2, 6) [-10, 10]"},
         [](const SheetTable& one, const SheetMarkers& markers, const SheetFrame& frame, const MarkerNoise& noise, const SheetPrior& prior,
@@ -141,6 +145,31 @@ void bind_sheet(py::module_& module) {
     def(table, "show", "ShownMarkers under presses.", {"markers", "presses (T=1..2, 6) [-10, 10]", "interaction [-10, 10]"}, show_presses);
     def(module, "show_field", "Shift, m, and growth (N, 3) of markers on a sheet with splines, m: see press/sheet/library.py.",
         {"field (S, 3)", "markers", "position", "half", "scale [1e-6, 10]"}, shown_field);
+    auto shifts = record<CameraShifts>(module, "CameraShifts", "Corrections of camera centres and print: src/press/sheet_method.hpp.",
+                                       {"camera_centres (G=1..100, 3)", "shifts (G, 2)"});
+    def(shifts, "shifted -> (K, 2), (K, 2), (K, 3)", "Rest, shift and camera centres, m, in the frame of the sheet.",
+        {"rest (K, 2)", "shift (K, 2)", "camera_centre (K, 3)"},
+        [](const CameraShifts& one, const Rows2& rest, const Rows2& shift, const Rows3& camera_centre) {
+            MarkerField found = one.shifted({rest, shift, {}, camera_centre, {}, {}, {}});
+            return std::tuple(std::move(found.rest), std::move(found.shift), std::move(found.camera_centre));
+        });
+    record<SheetRules>(module, "SheetRules", "Constants of the sheet method: src/press/sheet_method.hpp.");
+    record<SheetDevice>(module, "SheetDevice", "A calibrated sheet: src/press/sheet_method.hpp.", {"tip_radius pitch [1e-9, 1e3]"});
+    auto method = class_of<SheetMethod>(module, "SheetMethod", "Contacts on a sheet, frame by frame: src/press/sheet_method.hpp.");
+    init(method, {"table", "device", "rules", "templates (S=2..100000, 3) [-10, 10]", "depths [2, 100]"},
+         [](const std::shared_ptr<SheetTable>& table, const SheetDevice& device, const SheetRules& rules, const Rows3& templates,
+            std::ptrdiff_t depths) {
+             return SheetMethod(table, device, rules, SheetTemplates(templates, depths, device.noise.shift, device.noise.growth));
+         });
+    const Lines field{"rest (K, 2)", "shift (K, 2)", "growth (K)", "camera_centre (K, 3)"};
+    def(method, "estimate", "PressEstimates of the contacts of one frame.", field,
+        [](SheetMethod& one, const Rows2& rest, const Rows2& shift, const Eigen::VectorXd& growth, const Rows3& camera_centre) {
+            return one.estimate({rest, shift, growth, camera_centre, {}, {}, {}});
+        });
+    def(method, "score", "Match of a field with that of a press, in standard deviations.", field,
+        [](SheetMethod& one, const Rows2& rest, const Rows2& shift, const Eigen::VectorXd& growth, const Rows3& camera_centre) {
+            return one.score({rest, shift, growth, camera_centre, {}, {}, {}});
+        });
 }
 
 DomeLibrary made_library(const DomePlan& plan, const Eigen::VectorXd& edges, const Floats& even_table, const Floats& odd_table,
@@ -171,7 +200,8 @@ void bind_dome(py::module_& module) {
     record<DomePrior>(module, "DomePrior", "What is known of a press: src/press/dome.hpp.",
                       {"drag friction tip_sigma [1e-6, 1e6]", "tip [-1e3, 1e3]", "[0, 1e6]"});
     class_of<DomeFit>(module, "DomeFit", "Presses that explain a frame of a dome: src/press/dome.hpp.");
-    auto library = class_of<DomeLibrary>(module, "DomeLibrary", "Simulated presses on a dome, of the arrays of press/dome/library.py.");
+    auto library = class_of<DomeLibrary, std::shared_ptr<DomeLibrary>>(
+        module, "DomeLibrary", "Simulated presses on a dome, of the arrays of press/dome/library.py.");
     init(library,
          {"plan", "edges (R=2..10000)", "even_table (L=4..1000, 3..8, O=1..16, T=1..8, E)", "odd_table (L, 2, O, T, D)",
           "even_modes (E, R, 3, H=1..100)", "odd_modes (D, R, 3, H)"},
@@ -189,6 +219,22 @@ void bind_dome(py::module_& module) {
             check_rows("shift", shift.rows(), markers.points.rows());
             return fit_dome(one, markers, errors, prior, shift, starts);
         });
+    record<DomeRules>(module, "DomeRules", "Constants of the dome method: src/press/dome_method.hpp.");
+    auto scales = record<DomeScales>(module, "DomeScales", "Scales of fitted numbers: src/press/dome_method.hpp.", {"[-1e6, 1e6]"});
+    def(scales, "depth_scale", "Fitted depth over the true one, at a fitted position and depth, m.", {"position (2)", "depth", "shallow"},
+        &DomeScales::depth_scale);
+    record<DomeDevice>(module, "DomeDevice", "A calibrated dome: src/press/dome_method.hpp.", {"pitch [1e-9, 1e3]"});
+    auto method = class_of<DomeMethod>(module, "DomeMethod", "Contacts on a dome, frame by frame: src/press/dome_method.hpp.");
+    determine<DomeMethod> = [](const DomeMethod& one, Lengths& of) { of['K'] = one.markers().points.rows(); };
+    init(method, {"library", "pushes", "device", "rules", "starts (S=1..10000, 7) [-1e3, 1e3]"},
+         [](const std::shared_ptr<DomeLibrary>& shown, const std::shared_ptr<DomeLibrary>& pushes, const DomeDevice& device,
+            const DomeRules& rules, const DomePresses& starts) { return DomeMethod(shown, pushes, device, rules, starts); });
+    const Lines field{"rest (K, 2)", "shift (K, 2)"};
+    def(method, "estimate", "PressEstimates of the contacts of one frame.", field, &DomeMethod::estimate);
+    def(method, "find", "Finds the presses of one frame.", field, &DomeMethod::find);
+    def(method, "score", "Match of a field with that of a press, in standard deviations.", {"shift (K, 2)"}, &DomeMethod::score);
+    def(method, "raised", "Upward displacements (K), m, of the markers under the presses found last; None without.", {},
+        &DomeMethod::raised);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "common/fields.hpp"
 #include "common/rows.hpp"
+#include "press/choice.hpp"
 
 namespace tactile {
 
@@ -80,6 +81,7 @@ struct DomeFit {
     double expected = 1;         // that with the error of linearised drags, over 1
     double radius_sigma = 0;     // of the first press, if friction and tip are as the fit assumes
     Rows2 shown;                 // (K, 2), m, fitted apparent displacements; NaN if not visible
+    TipRadius radius() const { return {presses(0, RADIUS), radius_sigma}; }
     TACTILE_FIELDS(presses, covariance, misfit, expected, radius_sigma, shown)
 };
 

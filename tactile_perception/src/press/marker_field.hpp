@@ -31,6 +31,9 @@ struct MarkerField {
     Rows3 camera_centre;
     Rows2 uv, duv;
     Eigen::VectorXd area;
+
+    /// Mask (K) of the markers with a known displacement.
+    auto seen() const { return shift.array().isFinite().rowwise().all(); }
 };
 
 /// Dots of a frame (N): number of the marker, position and displacement in the image, px, and area, px^2.

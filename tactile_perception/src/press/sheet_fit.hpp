@@ -4,10 +4,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 
 #include "common/fields.hpp"
 #include "common/rows.hpp"
+#include "press/choice.hpp"
 #include "press/sheet_library.hpp"
 
 namespace tactile {
@@ -55,6 +57,7 @@ struct SheetFit {
     Eigen::MatrixXd covariance;  // (S, S) of the presses' parameters and, of two, of that factor; 0 of known ones
     double misfit, expected;     // mean squared residual, normalised without the model error of drags, and its expectation with it
     Rows9 wrenches;              // of each press
+    TipRadius radius() const { return {presses(0, 3), std::sqrt(covariance(3, 3))}; }
     TACTILE_FIELDS(presses, interaction, covariance, misfit, expected, wrenches)
 };
 

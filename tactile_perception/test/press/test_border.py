@@ -9,6 +9,8 @@ import pytest
 from border_checks import arrays_test
 
 from tactile_perception._core import press
+from tactile_perception.press import constants
+from tactile_perception.press.estimate import constants_of
 from tactile_perception.press.sheet.mechanics import SheetMesh
 
 # Sheets.
@@ -18,6 +20,7 @@ LOAD = press.SheetLoad(position=np.zeros(2), radius=7e-3, prestretch=1.05, bendi
 POSITIONS = {'rest': 1e-3 * (np.random.default_rng(1).uniform(5, 55, (40, 2)) - 30), 'camera_centre': np.tile([0.0, 0.0, -0.06], (40, 1))}
 PRESSES = {'presses': np.array([[1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0], [8e-3, 2e-3, 1e-3, 0.0, 0.0, 0.0]])}
 FRAME = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'motion': np.random.default_rng(5).normal(0, 1e-5, (40, 3))}
+SHEET_FIELD = POSITIONS | {'shift': 1e-3 + FRAME['value'][:, :2], 'growth': FRAME['value'][:, 2]}
 START = {'start': PRESSES['presses']}
 FIELD = {'field': np.zeros((16, 3), np.float32)}
 NOISE = press.MarkerNoise(shift=1e-5, growth=1e-2, share_shift=1e-2, share_growth=1.0)
@@ -68,16 +71,43 @@ def fit_dome(starts=np.zeros((1, 7)), shift=DOME_FRAME['shift'], longest=LONGEST
     return press.DomeLibrary(DOME_PLAN, **DOME).fit(press.DomeMarkers(**DOME_MARKERS | arrays, plane_z=0.12), errors, prior, shift, starts)
 
 
+def sheet_method(templates=PRESSES['presses'][:, :3]):
+    shifts = press.CameraShifts(camera_centres=POSITIONS['camera_centre'][:1], shifts=np.zeros((1, 2)), printed=np.zeros(2))
+    device = press.SheetDevice(shifts=shifts, noise=NOISE, tip_radius=7e-3, pitch=np.full(2, 4e-3), lowest=np.full(2, -1.0),
+                               highest=np.ones(2))
+    return press.SheetMethod(table(), device, constants_of(press.SheetRules, constants.SHEET), templates, 2)
+
+
+def estimate_sheet(templates=PRESSES['presses'][:, :3], **arrays):
+    return [value for one in sheet_method(templates).estimate(**SHEET_FIELD | arrays) for value in fields(one)]
+
+
+def dome_method(starts=np.zeros((1, 7)), **arrays):
+    prior = press.DomePrior(drag=0.1, friction=0.1, tip_sigma=0.3)
+    surface = press.MarkerSurface(size=np.zeros(2), rim_radius=0.15, height=0.12)
+    device = press.DomeDevice(markers=press.DomeMarkers(**DOME_MARKERS, plane_z=0.12), surface=surface, scales=press.DomeScales(),
+                              errors=press.DomeErrors(still=1e-5, share=0.01, top=0.01, **LONGEST), straight=prior, dragged=prior,
+                              two=prior, pitch=0.015)
+    library = press.DomeLibrary(DOME_PLAN, **DOME)
+    method = press.DomeMethod(library, library, device, constants_of(press.DomeRules, constants.DOME), starts)
+    field = {'rest': np.full((5, 2), 0.01)} | DOME_FRAME | arrays
+    return [value for one in method.estimate(**field) for value in fields(one)] + [method.score(field['shift'])]
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'press_sheet': (lambda depths=MESH['depths'], **a: press.press_sheet(SimpleNamespace(**MESH | a), LOAD, depths), MESH),
     'fit': (lambda **a: fields(fit_sheet(**a)), POSITIONS | FRAME | START),
+    'estimate': (estimate_sheet, SHEET_FIELD),
+    'SheetMethod': (estimate_sheet, {'templates': PRESSES['presses'][:, :3].copy()}),
+    'score': (lambda **a: [sheet_method().score(**SHEET_FIELD | a)], SHEET_FIELD),
     'show': (show, POSITIONS | PRESSES),
     'SheetTable': (lambda **a: show(shown=table(**a)), TABLE),
     'show_field': (lambda field=FIELD['field'], **a: press.show_field(field, markers(**a), position=(0.0, 0.0), half=(0.03, 0.03),
                                                                       scale=8e-3)[None], FIELD | POSITIONS),
     'DomeLibrary': (lambda **a: [press.DomeLibrary(DOME_PLAN, **DOME | a).moved(**DOME_PRESS)], DOME),
     'moved': (lambda **a: [press.DomeLibrary(DOME_PLAN, **DOME).moved(**DOME_PRESS | a)], DOME_PRESS),
+    'DomeMethod': (dome_method, {'starts': np.zeros((1, 7)), 'rest': np.full((5, 2), 0.01)} | DOME_FRAME),
     'fit_dome': (lambda **a: fields(fit_dome(**a)), {'starts': np.zeros((1, 7))} | DOME_MARKERS | DOME_FRAME | LONGEST),
 }
 

@@ -18,7 +18,7 @@ from ..field import MarkerField, common_rest, marker_radii
 from ..presses import Presses
 from .library import DomeLibrary, DomePlan, build_library
 from .mechanics import DomeMaterial, DomeMesh, MeshPlan, OnMesh, appear_at, centres_of, outlines, press_dome, shift_of
-from .model import DEPTH, DomeCalibration, DomeFound, DomeInverse, FieldNoise, shallowness, straight_press
+from .model import DEPTH, DomeCalibration, DomeInverse, DomeModelMethod, FieldNoise, shallowness, straight_press
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, 60).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
     inverse = first.inverse(sensor)
-    quiet = max((inverse.score(inverse.match(field)) for field in still), default=0.0)
+    quiet = max((DomeModelMethod(first, sensor).score(field) for field in still), default=0.0)
     found = [inverse.solve(field, _true(position, depth), straight_press(is_known=True)) for field, position, depth in _rows(some)]
     return replace(_with_remaining_errors(first, found, some), quiet=float(quiet))
 
@@ -169,7 +169,7 @@ def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
     return FieldNoise(inverse.noise.still, max(DOME.min_shares[0], 0.7 * share), max(DOME.min_shares[1], 0.7 * share))
 
 
-def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], presses: Presses) -> DomeCalibration:
+def _with_remaining_errors(known: DomeCalibration, found: list, presses: Presses) -> DomeCalibration:
     """Add the scales of position and depth, and the standard deviations that the estimates show in addition to covariances and scales.
 
     Tip radius, depth and distance from the axis are correlated, so that model errors appear there, most in shallow presses. Each press is

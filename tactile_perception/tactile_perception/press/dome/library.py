@@ -100,7 +100,7 @@ class DomeLibrary:
                                  radius_spread=DOME.radius_spread)
         arrays = [{name: np.asarray(part, np.float32) for name, part in vars(table).items() if name != 'mesh'}
                   for table in (self.shown, self.pushed)]
-        self.kernel, self._pushes = (_core.press.DomeLibrary(covered, edges=table.mesh.edges, **one)
+        self.kernel, self.pushes = (_core.press.DomeLibrary(covered, edges=table.mesh.edges, **one)
                                      for table, one in zip((self.shown, self.pushed), arrays))
 
     def moved(self, points: np.ndarray, presses: np.ndarray) -> np.ndarray:
@@ -109,7 +109,7 @@ class DomeLibrary:
 
     def push(self, press: np.ndarray) -> np.ndarray:
         """Force (3,), m, of the tip on the dome over shear modulus and thickness, of a press (7,)."""
-        return self._pushes.moved(points=np.array([[0.0, 0.0, self.plan.height]]), presses=press[None])[0]
+        return self.pushes.moved(points=np.array([[0.0, 0.0, self.plan.height]]), presses=press[None])[0]
 
 
 def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshPlan()) -> DomeLibrary:
